@@ -66,7 +66,8 @@ impl Inputs {
     /// What is no mistake and should be known before the flight, a line for each.
     pub fn notes(&self) -> Vec<String> {
         let near = self.mission.too_near_in_wind(self.config.planner.wind_m_s.get());
-        near.into_iter().map(|it| format!("note: {}: {it}", self.config.mission.display())).collect()
+        let out_of_date = self.mission.out_of_date_feeds(crate::plan::now().utc_ms);
+        out_of_date.into_iter().chain(near).map(|it| format!("note: {}: {it}", self.config.mission.display())).collect()
     }
 
     /// What forbids to start a vehicle backend, if anything does.

@@ -7,6 +7,7 @@ use bus::sockets::read_locator;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
 
+use crate::airspace::args::AirspaceArgs;
 use crate::backend::Backend;
 use crate::composition::Composition;
 use crate::config::VehicleName;
@@ -71,6 +72,8 @@ pub enum Command {
     Vehicle(VehicleArgs),
     /// Read, try out or change a mission, over the gateway
     Mission(MissionArgs),
+    /// Check data sets of zones, compare their editions, and put them into a mission, also into one that is flown
+    Airspace(AirspaceArgs),
     /// List permissions or decide about them, over the gateway
     Permission(PermissionArgs),
     /// Check the files in which a gateway records orders

@@ -16,6 +16,7 @@ use clap::Parser;
 
 use crate::companion::Companion;
 
+mod airspace;
 pub mod backend;
 pub mod check_inputs;
 mod cli;
@@ -82,6 +83,7 @@ pub fn main() -> ExitCode {
         Some(cli::Command::Health(args)) => health::health(&args),
         Some(cli::Command::Vehicle(args)) => operate::vehicle(&args),
         Some(cli::Command::Mission(args)) => operate::mission(&args),
+        Some(cli::Command::Airspace(args)) => airspace::airspace(&args),
         Some(cli::Command::Permission(args)) => operate::permission(&args),
         Some(cli::Command::Audit(args)) => operate::audit::audit(&args),
         Some(cli::Command::Why(args)) => operate::why::why(&args),

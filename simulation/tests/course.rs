@@ -153,7 +153,6 @@ fn who_is_led_to_the_fence_stops_before_it_and_flies_on() {
     simulation.inject_fault("steering_error", &["90", "0"]);
     assert!(simulation.fly_until("flag `area_ahead` raised", s(120)), "{}", simulation.decision_log());
     simulation.inject_fault("steering_error", &["0", "0"]);
-    let expected =
-        ["inside area volume, side", "`area_ahead`: stop", "`area_ahead` is over", "every objective is settled"];
+    let expected = ["inside area volume", "`area_ahead`: stop", "`area_ahead` is over", "every objective is settled"];
     ends(simulation, MissionOutcome::Success, &expected);
 }

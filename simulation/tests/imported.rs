@@ -1,4 +1,4 @@
-//! A harbour of hundreds of zones by ED-269, and a plan of QGroundControl: imported, planned and flown.
+//! A harbour of 1,296 zones by ED-269, and a plan of QGroundControl: imported, planned and flown.
 
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -16,7 +16,7 @@ use crate::stories::support::{config_with, mission_file, simulation, simulation_
 /// The side of the harbour's square cells, in metres; each has a zone in its middle.
 const CELL_M: f64 = 400.0;
 /// Cells from the take-off point to each side.
-const CELLS: i32 = 9;
+const CELLS: i32 = 18;
 
 /// The harbour's frame: where the simulated vehicle stands.
 fn frame() -> LocalFrame {
@@ -34,7 +34,7 @@ fn lat_lon(north_m: f64, east_m: f64) -> String {
     format!("{}, {}", at.latitude_deg(), at.longitude_deg())
 }
 
-/// 324 zones: circles and quadrangles, most of them prohibited, some with an authorisation or under conditions, some without
+/// 1,296 zones: circles and quadrangles, most of them prohibited, some with an authorisation or under conditions, some without
 /// restriction, some only above the heights of the mission, some with a season and a schedule.
 fn zones() -> String {
     let mut zones = String::new();
@@ -45,7 +45,7 @@ fn zones() -> String {
         // Borders stay 50 m and more from the lines between cells, on which the mission's places lie.
         let radius_m = 90.0 + 10.0 * (number % 7) as f64;
         let restriction = match number % 13 {
-            3 | 8 => "REQ_AUTHORISATION",
+            3 | 6 => "REQ_AUTHORISATION",
             5 => "CONDITIONAL",
             11 => "NO_RESTRICTION",
             _ => "PROHIBITED",
@@ -80,7 +80,7 @@ fn zones() -> String {
     format!(r#"{{"title": "Harbour", "features": [{zones}]}}"#)
 }
 
-/// Look at a place on a line between cells, land in the middle of zone 203, which needs an authorisation, and come back.
+/// Look at a place on a line between cells, land in the middle of zone 734, which needs an authorisation, and come back.
 fn plan() -> String {
     let item = |command: i32, place: &str, height_m: f64| {
         format!(
@@ -105,7 +105,14 @@ fn imported() -> Assembled {
     let read = |name: &str, text: String| -> Import {
         formats::read(&Source { path: name.into(), text }).unwrap_or_else(|mistakes| panic!("{mistakes}"))
     };
-    let settings = Settings { name: "harbour-zones".into(), origin: None, relief_m: None };
+    let settings = Settings {
+        name: "harbour-zones".into(),
+        origin: None,
+        relief_m: None,
+        ground: None,
+        strict: false,
+        allow_empty: false,
+    };
     let files = [read("harbour.json", zones())];
     assemble(&read("berths.plan", plan()), &files, &settings).unwrap_or_else(|mistakes| panic!("{mistakes}"))
 }
@@ -122,7 +129,8 @@ const REEF: &str = r#"{"fileType": "Plan", "mission": {"plannedHomePosition": [-
 #[track_caller]
 fn reef(name: &str) -> std::path::PathBuf {
     let plan = formats::read(&Source { path: "reef.plan".into(), text: REEF.into() });
-    let settings = Settings { name: "reef".into(), origin: None, relief_m: None };
+    let settings =
+        Settings { name: "reef".into(), origin: None, relief_m: None, ground: None, strict: false, allow_empty: false };
     let assembled = plan.and_then(|plan| assemble(&plan, &[], &settings));
     mission_file(name, &assembled.unwrap_or_else(|mistakes| panic!("{mistakes}")).text)
 }
@@ -156,8 +164,8 @@ fn a_mission_for_another_place_stays_on_the_ground() {
 #[test]
 fn a_harbour_is_imported_planned_and_flown() {
     let assembled = imported();
-    // Each thirteenth of 324 zones, from the twelfth on, has no restriction.
-    assert_eq!((assembled.objectives, assembled.areas), (3, 324 - 25));
+    // Each thirteenth of 1,296 zones, from the twelfth on, has no restriction.
+    assert_eq!((assembled.objectives, assembled.areas), (3, 1_296 - 99));
     let path = mission_file("harbour-zones", &assembled.text);
     let mut simulation = simulation(Some(&path), Policy::Grant);
     let report = simulation.fly(Duration::from_secs(3000));
@@ -167,16 +175,17 @@ fn a_harbour_is_imported_planned_and_flown() {
     assert_eq!(report.outcome(), MissionOutcome::Success, "\n{log}");
     assert_eq!(simulation.breaches(), [], "\n{log}");
     let story = [
-        "plan 1: takeoff by 40 m; fly to (240, 66, 40); fly to (893, 707, 40); fly to (1049, 836, 40); fly to (1372, 1133, 40); \
-         fly to (1600, 1200, 40)",
+        "plan 1: takeoff by 40 m; fly to (137, 100, 40), asking Z666; fly to (640, 466, 40); fly to (1286, 1114, 40); \
+         fly to (1319, 1140, 40); fly to (1358, 1156, 40); fly to (1600, 1200, 40)",
+        "asking for area Z666",
+        "area Z666: granted",
         "transition: stop",
         // Some zones have hours, and none of them in the night in which the simulation begins.
-        "plan 2: fly to (1517, 569, 10); fly to (1303, -174, 10); fly to (1107, -1029, 10); fly to (1026, -1310, 10), asking \
-         Z203; fly to (1000, -1400, 10); land",
-        "asking for area Z203",
-        "area Z203: granted",
-        "plan 3: takeoff by 10 m; fly to (722, -929, 10); fly to (700, -900, 10); fly to (446, -646, 10); \
-         fly to (0, 0, 10); land",
+        "plan 2: fly to (1556, 958, 40); fly to (1264, 237, 40); fly to (1027, -1232, 13), asking Z734; \
+         fly to (1000, -1400, 10); land",
+        "asking for area Z734",
+        "area Z734: granted",
+        "plan 3: takeoff by 10 m; fly to (763, -936, 10); fly to (0, 0, 10); land",
         "every objective is settled",
     ];
     assert_eq!(simulation.story(&["plan", "permission", "contingency"]), story, "\n{log}");

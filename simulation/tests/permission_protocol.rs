@@ -150,15 +150,12 @@ fn key() -> SecretKey {
 
 /// The areas of a mission, so far to the north.
 fn areas(north_m: f64) -> Vec<Area> {
-    let area = |name: &str| Area {
-        name: name.into(),
-        kind: AreaKind::Permission,
-        corners: [(0.0, 0.0), (9.0, 0.0), (0.0, 9.0)].map(|(n, e)| Ned::new(n + north_m, e, 0.0)).to_vec(),
-        floor_m: None,
-        ceiling_m: None,
-        from_utc_ms: None,
-        until_utc_ms: None,
-        hours: None,
+    let area = |name: &str| {
+        Area::new(
+            name,
+            AreaKind::Permission,
+            [(0.0, 0.0), (9.0, 0.0), (0.0, 9.0)].map(|(n, e)| Ned::new(n + north_m, e, 0.0)).to_vec(),
+        )
     };
     AREAS.map(area).into()
 }

@@ -193,7 +193,7 @@ pub enum MissionCommand {
         /// The plan's revision; without it, that of the plan that waits
         revision: Option<u64>,
     },
-    /// Make a mission file of a plan of QGroundControl, GeoJSON, KML, ED-269 or ED-318, and list what has no counterpart; no
+    /// Make a mission file of a plan of QGroundControl, GeoJSON, KML, AIXM, OpenAir, ED-269 or ED-318, and list what has no counterpart; no
     /// gateway is needed
     Import(ImportArgs),
     /// Print a mission file that has an origin as GeoJSON or as a plan of QGroundControl; no gateway is needed
@@ -203,7 +203,7 @@ pub enum MissionCommand {
 /// For `kittiwake mission import`.
 #[derive(Debug, Args)]
 pub struct ImportArgs {
-    /// Where to fly, and areas: a `.plan`, or GeoJSON as `export` writes it; see `docs/formats.md`
+    /// Where to fly, and areas: a `.plan`, a mission of QGC WPL, or GeoJSON as `export` writes it; see `docs/formats.md`
     pub file: PathBuf,
     /// The take-off point in degrees, and its altitude above mean sea level in metres; without it, the planned home
     #[arg(long, value_name = "LAT,LON[,ALT]", allow_hyphen_values = true, value_parser = origin)]
@@ -215,6 +215,20 @@ pub struct ImportArgs {
     /// are not converted, and areas reach from the ground upwards
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = relief)]
     pub relief: Option<f64>,
+    /// Refuse a zone that is not understood, in place of barring more
+    #[arg(long)]
+    pub strict: bool,
+    /// A file of areas may have none
+    #[arg(long)]
+    pub allow_empty: bool,
+    /// What to leave out: a place as a mistake prints it (/mission/items/3, "line 7"), or the name of a zone; may be given several
+    /// times. One that several files have is written FILE:ITEM
+    #[arg(long, value_name = "ITEM", value_parser = clap::builder::NonEmptyStringValueParser::new())]
+    pub leave_out: Vec<String>,
+    /// A folder with the heights of the ground: SRTM tiles (.hgt) or GeoTIFF (.tif). With it, heights above the ground are converted, and
+    /// places to land at are as high as the ground there; see `docs/formats.md`
+    #[arg(long, value_name = "FOLDER")]
+    pub ground: Option<PathBuf>,
     /// Where to write the mission file
     #[arg(long, value_name = "MISSION")]
     pub out: PathBuf,
@@ -345,7 +359,7 @@ fn metres(text: &str) -> Result<f64, String> {
 }
 
 /// `LATITUDE,LONGITUDE` with an altitude or without.
-fn origin(text: &str) -> Result<Origin, String> {
+pub fn origin(text: &str) -> Result<Origin, String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|it| it.trim().parse().ok()).collect();
     let (latitude_deg, longitude_deg, altitude_m) = match numbers.as_deref() {
         Some([latitude, longitude]) => (*latitude, *longitude, None),
@@ -362,7 +376,8 @@ fn origin(text: &str) -> Result<Origin, String> {
     Ok(Origin { place, altitude_m })
 }
 
-fn relief(text: &str) -> Result<f64, String> {
+/// Metres from 0 to 10000.
+pub fn relief(text: &str) -> Result<f64, String> {
     let found = text.parse().ok().filter(|it| (0.0..=10_000.0).contains(it));
     found.ok_or_else(|| format!("found `{text}`, expected metres from 0 to 10000"))
 }
@@ -399,11 +414,13 @@ mod tests {
         check("mission approve", None);
         check("mission reject 7", None);
         check(
-            "mission import a.plan --origin -33.9,18.4,12 --areas z.json --areas y.kml --relief 5 --out m.toml",
+            "mission import a.plan --origin -33.9,18.4,12 --areas z.json --areas y.kml --relief 5 --ground tiles --out m.toml",
             None,
         );
         check("mission export m.toml --format geojson", None);
         check("mission export m.toml --format geojson --route --config c.toml", None);
+        check("mission import a.plan --leave-out /mission/items/3 --leave-out EDR7 --out m.toml", None);
+        check("mission import a.plan --leave-out= --out m.toml", Some("a value is required"));
         check("mission import a.plan", Some("--out"));
         check("mission import a.plan --out m --origin 54", Some("expected LATITUDE,LONGITUDE"));
         check("mission import a.plan --out m --origin 89.5,0", Some("expected at most 89"));

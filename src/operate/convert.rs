@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::Path;
 
-use domain::file::{Mistakes, Source};
+use domain::file::{self, Mistakes, Source};
+use domain::ground::GroundModel;
 use domain::mission::Mission;
 use formats::assemble::{self, Assembled, assemble};
 use formats::export::Target;
-use formats::{Import, Note};
+use formats::{Import, LeaveOut, Note, Refused, Weight};
+use ground::Ground;
 use serde_json::{Value, json};
 
 use crate::operate::Done;
@@ -18,22 +20,41 @@ use crate::operate::route::route;
 
 /// Writes a mission file. What is written passes `kittiwake check`; if it would not, nothing is written.
 pub(super) fn import(args: &ImportArgs) -> Result<Done, Failure> {
-    let read = |path: &Path| Source::read(path).and_then(|it| formats::read(&it));
-    let mut mistakes = Vec::new();
+    let leave_out = LeaveOut::new(&args.leave_out);
+    let (mut mistakes, mut notes) = (Vec::new(), Vec::new());
     let mut imports: Vec<Import> = Vec::new();
     for path in std::iter::once(&args.file).chain(&args.areas) {
-        match read(path) {
+        match read(path, &leave_out) {
             Ok(import) => imports.push(import),
-            Err(found) => mistakes.extend(found.0),
+            Err(found) => {
+                mistakes.extend(found.mistakes.0);
+                notes.extend(found.notes);
+            }
         }
     }
-    Mistakes(mistakes).or(()).map_err(bad_input)?;
+    if !mistakes.is_empty() {
+        notes.extend(imports.into_iter().flat_map(|it| it.notes));
+        return Err(refused(Refused { mistakes: Mistakes(mistakes), notes }));
+    }
     let (mission, areas) = imports.split_first().expect("one file at least was read");
     let stem = args.out.file_stem().map_or_else(|| "mission".into(), |it| it.to_string_lossy().into_owned());
-    let settings = assemble::Settings { name: stem, origin: args.origin, relief_m: args.relief };
-    let assembled = assemble(mission, areas, &settings).map_err(bad_input)?;
+    let ground = args.ground.as_deref().map(Ground::open).transpose().map_err(bad_input)?;
+    let settings = assemble::Settings {
+        name: stem,
+        origin: args.origin,
+        relief_m: args.relief,
+        ground: ground.as_ref().map(|it| it as &dyn GroundModel),
+        strict: args.strict,
+        allow_empty: args.allow_empty,
+    };
+    let assembled = assemble(mission, areas, &settings);
+    // A broken tile before what is not known for it.
+    ground.map_or(Ok(()), |it| it.check_tiles_read()).map_err(bad_input)?;
+    let assembled = assembled.map_err(refused)?;
     Mission::read(&Source { path: args.out.clone(), text: assembled.text.clone() }).map_err(|mistakes| {
-        Failure::bad_input(format!("nothing was written, since the mission could not be flown:\n{mistakes}"))
+        let why = "nothing was written, since the mission could not be flown:".to_owned();
+        let said = in_words(&assembled.notes).into_iter().chain([why, mistakes.to_string()]);
+        Failure::bad_input(said.collect::<Vec<_>>().join("\n"))
     })?;
     write_new(&args.out, &assembled.text)?;
     let Assembled { objectives, areas, sites, .. } = assembled;
@@ -79,12 +100,23 @@ pub(super) fn export(args: &ExportArgs) -> Result<Done, Failure> {
     }
 }
 
+/// Reads a file of another program.
+pub fn read(path: &Path, leave_out: &LeaveOut) -> Result<Import, Refused> {
+    formats::read_bytes(path, file::read_bytes(path, formats::LARGEST_BYTES)?, leave_out)
+}
+
+/// The notes, then the mistakes.
+pub fn refused(Refused { mistakes, notes }: Refused) -> Failure {
+    let said = in_words(&notes).into_iter().chain([mistakes.to_string()]);
+    Failure::bad_input(said.collect::<Vec<_>>().join("\n"))
+}
+
 fn bad_input(mistakes: Mistakes) -> Failure {
     Failure::bad_input(mistakes.to_string())
 }
 
 /// Never replaces a file: a human may have changed it.
-fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
+pub fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
     let written = std::fs::File::create_new(path).and_then(|mut file| file.write_all(text.as_bytes()));
     written.map_err(|error| Failure::bad_input(format!("{}: cannot be written: {error}", path.display())))
 }
@@ -98,15 +130,22 @@ fn done(path: &Path, written: String, notes: &[Note]) -> Done {
     Done { document: json!({ "written": path.display().to_string(), "notes": listed }), text }
 }
 
-/// A line for each thing to say about a file, with all places of which it is said.
-fn in_words(notes: &[Note]) -> Vec<String> {
-    let mut places: BTreeMap<(&Path, &str), Vec<&str>> = BTreeMap::new();
+/// The most places that a line has; `--json` has them all.
+const MOST_PLACES: usize = 10;
+
+/// A line for each thing to say about a file, with the places of which it is said; what matters most comes first.
+pub fn in_words(notes: &[Note]) -> Vec<String> {
+    let mut places: BTreeMap<(Weight, &Path, &str), Vec<&str>> = BTreeMap::new();
     for note in notes {
-        places.entry((&note.path, &note.text)).or_default().push(&note.place);
+        places.entry((note.weight, &note.path, &note.text)).or_default().push(&note.place);
     }
-    let line = |((path, text), places): ((&Path, &str), Vec<&str>)| {
+    let line = |((_, path, text), places): ((Weight, &Path, &str), Vec<&str>)| {
         let places: Vec<_> = places.into_iter().filter(|it| !it.is_empty()).collect();
-        let at = if places.is_empty() { String::new() } else { format!("\n  at {}", places.join(", ")) };
+        let at = match places.len() {
+            0 => String::new(),
+            count if count <= MOST_PLACES => format!("\n  at {}", places.join(", ")),
+            count => format!("\n  at {} places, the first ones {}", count, places[..MOST_PLACES].join(", ")),
+        };
         format!("note: {}: {text}{at}", path.display())
     };
     places.into_iter().map(line).collect()
@@ -138,7 +177,17 @@ mod tests {
     }
 
     fn import_of(file: PathBuf, areas: Vec<PathBuf>, out: PathBuf) -> ImportArgs {
-        ImportArgs { file, origin: None, areas, relief: None, out }
+        ImportArgs {
+            file,
+            origin: None,
+            areas,
+            relief: None,
+            ground: None,
+            strict: false,
+            allow_empty: false,
+            leave_out: Vec::new(),
+            out,
+        }
     }
 
     #[test]
@@ -178,6 +227,67 @@ mod tests {
     }
 
     #[test]
+    fn what_matters_most_is_said_first_and_what_is_left_out_before_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("w.plan");
+        let item = |command: u16, place: &str| {
+            format!(r#"{{"type": "SimpleItem", "command": {command}, "frame": 3, "params": [0, 0, 0, null, {place}]}}"#)
+        };
+        let items =
+            [item(16, "54.001, 6.6, 30"), item(206, "0, 0, 0"), item(34, "54.002, 6.6, 30"), item(2000, "0, 0, 0")];
+        let text = format!(
+            r#"{{"fileType": "Plan", "version": 1, "mission": {{"version": 2, "cruiseSpeed": 5, "hoverSpeed": 5,
+            "plannedHomePosition": [54, 6.6, 20], "items": [{}]}}}}"#,
+            items.join(", ")
+        );
+        std::fs::write(&file, text).unwrap();
+        let args = |out: &str, item: &str| ImportArgs {
+            leave_out: vec![item.into()],
+            ..import_of(file.clone(), Vec::new(), folder.path().join(out))
+        };
+        let done = import(&args("m.toml", "/mission/items/2")).unwrap();
+        let said: Vec<_> = done.text.lines().map(|it| it.rsplit(": ").next().unwrap()).collect();
+        let expected = [
+            "left out as asked",
+            "  at /mission/items/2",
+            "a command to camera, gimbal, speed or other payload",
+            "  at /mission/items/1, /mission/items/3",
+            "not read",
+            "  at /mission/cruiseSpeed, /mission/hoverSpeed",
+        ];
+        assert_eq!(said[..6], expected, "{}", done.text);
+        let failure = import(&args("n.toml", "/mission/items/9")).err().unwrap();
+        for expected in [
+            "MAV_CMD_DO_ORBIT (34): the way it flies",
+            "help: correct it, or leave it out: --leave-out \"/mission/items/2\"",
+        ] {
+            assert!(failure.why.contains(expected), "{}", failure.why);
+        }
+    }
+
+    #[test]
+    fn heights_above_the_ground_are_imported_with_a_folder_of_tiles() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, tile) = (folder.path().join("g.plan"), folder.path().join("N54E006.hgt"));
+        let plan = r#"{"fileType": "Plan", "mission": {"plannedHomePosition": [54.5, 6.6, null], "items": [
+            {"type": "SimpleItem", "command": 16, "frame": 10, "params": [0, 0, 0, 0, 54.501, 6.6, 40]}]}}"#;
+        std::fs::write(&file, plan).unwrap();
+        let args = |out: &str| {
+            let ground = Some(folder.path().to_owned());
+            ImportArgs { ground, ..import_of(file.clone(), Vec::new(), folder.path().join(out)) }
+        };
+        // Level ground; a broken tile is named before what is not known for it.
+        std::fs::write(&tile, 17_i16.to_be_bytes().repeat(1_201 * 1_201)).unwrap();
+        import(&args("m.toml")).unwrap();
+        let mission = Mission::read(&Source::read(&folder.path().join("m.toml")).unwrap()).unwrap();
+        assert_eq!((mission.objectives[0].position.height_m(), mission.origin.unwrap().altitude_m), (40.0, Some(17.0)));
+        std::fs::write(&tile, "cut off").unwrap();
+        let failure = import(&args("n.toml")).err().unwrap();
+        assert!(failure.why.contains("N54E006.hgt: has 7 bytes, expected "), "{}", failure.why);
+        assert!(!folder.path().join("n.toml").exists());
+    }
+
+    #[test]
     fn a_document_for_a_pipe_stands_alone() {
         let done = export(&export_of(shipped("keep_out.toml"), None)).unwrap();
         assert_eq!(serde_json::from_str::<Value>(&done.text).unwrap(), done.document);
@@ -204,8 +314,23 @@ mod tests {
         check(plan, None, "at height 300 m, expected at most 120 m");
         // The mistakes of all files are reported at once.
         check("{", Some("<kml"), "areas: no valid XML");
-        check(&" ".repeat(33 << 20), None, "the file has 33 MiB; at most 32 MiB are read");
+        check(&" ".repeat(33 << 20), None, "the file is empty");
         let folder = tempfile::tempdir().unwrap();
+        // A sparse file: its size is refused before anything is read.
+        let large = folder.path().join("large");
+        std::fs::File::create(&large).unwrap().set_len(formats::LARGEST_BYTES + 1).unwrap();
+        // What waits for somebody at its other end, or never ends, is not opened.
+        let pipe = folder.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        for (file, expected) in [
+            (large, "large: the file has 1025 MiB; at most 1024 MiB are read"),
+            (pipe, "pipe: cannot be read: it is a pipe, not a regular file"),
+            ("/dev/zero".into(), "/dev/zero: cannot be read: it is a device, not a regular file"),
+            (folder.path().to_owned(), "it is a folder, not a regular file"),
+        ] {
+            let failure = import(&import_of(file, Vec::new(), folder.path().join("m"))).err().unwrap();
+            assert!(failure.why.contains(expected), "{}", failure.why);
+        }
         let missing =
             import(&import_of(folder.path().join("none"), Vec::new(), folder.path().join("m"))).err().unwrap();
         assert!(missing.why.contains("cannot be read: "), "{}", missing.why);

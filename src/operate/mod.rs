@@ -15,24 +15,24 @@ use crate::output::visible;
 
 pub mod args;
 pub mod audit;
-mod convert;
+pub mod convert;
 mod events;
-mod failure;
-mod gateway;
+pub mod failure;
+pub mod gateway;
 mod mission;
 mod permission;
 mod route;
-mod show;
+pub mod show;
 mod vehicle;
 pub mod why;
-mod words;
+pub mod words;
 
 /// The outcome of a command.
-struct Done {
+pub struct Done {
     /// The gateway's answer.
-    document: Value,
+    pub document: Value,
     /// For a human.
-    text: String,
+    pub text: String,
 }
 
 impl Done {
@@ -72,7 +72,7 @@ pub fn permission(args: &PermissionArgs) -> Outcome {
 }
 
 /// Prints one document, or a text, on standard output; a failure on standard error.
-fn report(args: &GatewayArgs, result: Result<Done, Failure>) -> Outcome {
+pub fn report(args: &GatewayArgs, result: Result<Done, Failure>) -> Outcome {
     match result {
         Ok(done) if args.json => output::line(format_args!("{:#}", done.document)),
         Ok(done) => output::line(done.text),

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use domain::file::Mistakes;
 use domain::geometry::Ned;
-use formats::Note;
 use formats::export::Leg;
+use formats::{Note, Weight};
 use kittiwake_proto::v1;
 
 use crate::check_inputs;
@@ -23,6 +23,7 @@ pub(super) fn route(mission: &Path, config: &Path) -> Result<(Vec<Leg>, Option<N
         path: mission.to_owned(),
         place: "route".into(),
         text: format!("the mission must not be flown: {}", reply.text),
+        weight: Weight::LeftOut,
     });
     Ok((reply.forecast.iter().flat_map(legs).collect(), refused))
 }

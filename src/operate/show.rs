@@ -1,8 +1,10 @@
 //! The gateway's documents on a few lines.
 
+use domain::feed::Feed;
 use serde_json::Value;
 
 use crate::operate::words::{each, heading, number, place, row, table, text, word};
+use crate::plan::now;
 
 /// Every vehicle on a line.
 pub fn fleet(document: &Value) -> String {
@@ -121,7 +123,23 @@ pub fn mission(status: &Value) -> String {
     let origin = degrees("latitudeDeg").zip(degrees("longitudeDeg"));
     let origin =
         origin.map(|(latitude, longitude)| format!(", origin {latitude:.6}, {longitude:.6}")).unwrap_or_default();
-    format!("mission `{}`{origin}\n{}{hold}", text(&status["mission"]), table(lines))
+    let feeds: String = each(&status["feeds"]).map(|it| format!("\n{}", feed(it))).collect();
+    format!("mission `{}`{origin}\n{}{hold}{feeds}", text(&status["mission"]), table(lines))
+}
+
+/// Where areas come from, and loudly if that is out of date.
+fn feed(it: &Value) -> String {
+    let moment = |key: &str| it[key].as_str().and_then(|it| it.parse().ok());
+    let feed = Feed {
+        name: text(&it["name"]).to_owned(),
+        provider: it["provider"].as_str().filter(|it| !it.is_empty()).map(str::to_owned),
+        issued_utc_ms: moment("issuedUtcMs"),
+        valid_from_utc_ms: moment("validFromUtcMs"),
+        valid_until_utc_ms: moment("validUntilUtcMs"),
+        areas: Vec::new(),
+    };
+    let out_of_date = feed.out_of_date(now().utc_ms).map(|it| format!("\nWARNING: {it}")).unwrap_or_default();
+    format!("airspace: {}: {} areas{out_of_date}", feed.in_words(), each(&it["areas"]).count())
 }
 
 /// The steps of the present plan.
@@ -307,6 +325,18 @@ mod tests {
             head(json!({ "mission": "reef", "origin": origin })),
             "mission `reef`, origin -16.500000, 179.998000"
         );
+    }
+
+    #[test]
+    fn a_mission_says_which_edition_its_areas_come_from() {
+        let feed = json!({ "name": "z.json", "provider": "FOCA", "validUntilUtcMs": "1000", "areas": [0, 2] });
+        let shown = mission(&json!({ "mission": "reef", "feeds": [feed, { "name": "y.json", "provider": "" }] }));
+        let expected = [
+            "airspace: feed `z.json` of FOCA, valid until 1970-01-01T00:00:01Z: 2 areas",
+            "WARNING: feed `z.json` is OUT OF DATE: it was valid until 1970-01-01T00:00:01Z; get the present edition",
+            "airspace: feed `y.json`: 0 areas",
+        ];
+        assert_eq!(shown.lines().skip(2).collect::<Vec<_>>(), expected, "{shown}");
     }
 
     #[test]

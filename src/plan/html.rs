@@ -17,8 +17,8 @@ circle{stroke:#fff;stroke-width:2}
 circle.reached{fill:#0b7a3e}circle.missed{fill:#b3261e}
 rect.home{fill:#1a2a33}
 rect.landing{fill:#0b5cab}rect.ditch{fill:#fff;stroke:#0b5cab;stroke-width:3}
-polygon.permission{fill:#e8a80033;stroke:#a87900;stroke-width:2}
-polygon.keep-out{fill:#b3261e33;stroke:#b3261e;stroke-width:2}
+path.permission{fill:#e8a80033;stroke:#a87900;stroke-width:2}
+path.keep-out{fill:#b3261e33;stroke:#b3261e;stroke-width:2}
 text{font:20px system-ui,sans-serif;fill:#1a2a33}text.area{font-style:italic;fill:#5b4a00}";
 
 /// The whole page.

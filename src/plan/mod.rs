@@ -22,7 +22,7 @@ use crate::output;
 use crate::settings::Settings;
 
 mod html;
-mod picture;
+pub mod picture;
 mod text;
 
 /// A wind on the command line: `8`, against every leg, or `8,270`, from the west.
@@ -61,7 +61,7 @@ pub fn plan(args: &PlanArgs) -> Outcome {
         Ok(reply) => reply,
         Err(mistakes) => return check_inputs::tell(&mistakes),
     };
-    let notes = inputs.notes();
+    let notes: Vec<String> = crate::airspace::lines_of(&inputs.mission).into_iter().chain(inputs.notes()).collect();
     if let Some(path) = &args.html
         && let Err(error) = regular_file::write(path, html::page(&reply, args.wind, &notes))
     {
@@ -119,7 +119,7 @@ fn unread(path: &Path) -> Mistakes {
 
 /// Mission time begins; time windows and deadlines are in UTC.
 #[expect(clippy::disallowed_methods, reason = "areas and deadlines apply by UTC")]
-fn now() -> Now {
+pub fn now() -> Now {
     let utc_ms = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |it| it.as_millis() as i64);
     Now { time: Time::ZERO, utc_ms }
 }

@@ -12,14 +12,15 @@ const SIZE: f64 = 1000.0;
 const ROOM: f64 = 0.08;
 
 /// Maps metres to the drawing.
-struct Scale {
+pub struct Scale {
     north_m: f64,
     east_m: f64,
     per_m: f64,
 }
 
 impl Scale {
-    fn of(points: &[(f64, f64)]) -> Scale {
+    /// One for a drawing of 1000 by 1000 that shows the take-off point and these points, each its metres north and east.
+    pub fn of(points: &[(f64, f64)]) -> Scale {
         let bounds = |of: fn(&(f64, f64)) -> f64| {
             let values = || points.iter().map(of);
             (values().fold(0.0, f64::min), values().fold(0.0, f64::max))
@@ -34,16 +35,27 @@ impl Scale {
         Scale { north_m: middle_north_m + half_m, east_m: middle_east_m - half_m, per_m }
     }
 
-    fn at(&self, (north_m, east_m): (f64, f64)) -> (f64, f64) {
+    /// Where a point is in the drawing: to the right, and down.
+    pub fn at(&self, (north_m, east_m): (f64, f64)) -> (f64, f64) {
         ((east_m - self.east_m) * self.per_m, (self.north_m - north_m) * self.per_m)
     }
+}
+
+/// The corners of an area's outline, then those of each hole.
+fn rings(area: &v1::Area) -> impl Iterator<Item = &[v1::Ned]> {
+    std::iter::once(&area.corners).chain(area.holes.iter().map(|it| &it.corners)).map(Vec::as_slice)
+}
+
+/// Those of them that a drawing shows whole: what is round a hole may end far away.
+fn shown(area: &v1::Area) -> impl Iterator<Item = &[v1::Ned]> {
+    rings(area).skip(usize::from(!area.holes.is_empty()))
 }
 
 /// The drawing as an SVG element.
 pub(super) fn draw(reply: &v1::MissionReply) -> String {
     let status = reply.status.clone().unwrap_or_default();
     let place = |it: &v1::Ned| (it.north_m, it.east_m);
-    let corners = status.areas.iter().flat_map(|it| it.corners.iter().map(place));
+    let corners = status.areas.iter().flat_map(shown).flatten().map(place);
     let legs: Vec<&v1::LegForecast> = reply.forecast.iter().flat_map(|it| &it.legs).collect();
     let ends = legs.iter().flat_map(|it| [&it.from, &it.to]).flatten().map(place);
     let places = status.objectives.iter().filter_map(|it| it.position.as_ref().map(place));
@@ -53,11 +65,15 @@ pub(super) fn draw(reply: &v1::MissionReply) -> String {
     let mut svg =
         format!("<svg viewBox=\"0 0 {SIZE} {SIZE}\" role=\"img\" aria-label=\"areas, legs, objectives and sites\">\n");
     for area in &status.areas {
-        let corners: Vec<(f64, f64)> = area.corners.iter().map(|it| scale.at(place(it))).collect();
-        let points: Vec<String> = corners.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        let corner = |it: &v1::Ned| {
+            let (x, y) = scale.at(place(it));
+            format!("{x:.1} {y:.1}")
+        };
+        let ring = |ring: &[v1::Ned]| format!("M{}Z", ring.iter().map(corner).collect::<Vec<_>>().join("L"));
         let kind = if area.kind() == v1::AreaKind::KeepOut { "keep-out" } else { "permission" };
-        let _ = writeln!(svg, "<polygon class=\"{kind}\" points=\"{}\"/>", points.join(" "));
-        if let Some((x, y)) = corners.first() {
+        let path: String = rings(area).map(ring).collect();
+        let _ = writeln!(svg, "<path class=\"{kind}\" fill-rule=\"evenodd\" d=\"{path}\"/>");
+        if let Some((x, y)) = shown(area).flatten().next().map(|it| scale.at(place(it))) {
             let _ = writeln!(svg, "<text class=\"area\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escape(&area.name));
         }
     }
@@ -103,4 +119,24 @@ pub(super) fn draw(reply: &v1::MissionReply) -> String {
         );
     }
     svg + "</svg>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hole_is_open_and_as_large_as_the_picture_whatever_is_round_it() {
+        let ring = |side_m: f64| {
+            let corners = [(-side_m, -side_m), (side_m, -side_m), (side_m, side_m), (-side_m, side_m)];
+            corners.map(|(north_m, east_m)| v1::Ned { north_m, east_m, down_m: 0.0 }).to_vec()
+        };
+        let holes = vec![v1::Ring { corners: ring(100.0) }];
+        let area = v1::Area { name: "F".into(), corners: ring(140e3), holes, ..Default::default() };
+        let status = v1::PlannerStatus { areas: vec![area], ..Default::default() };
+        let svg = draw(&v1::MissionReply { status: Some(status), ..Default::default() });
+        let hole = "M69.0 931.0L69.0 69.0L931.0 69.0L931.0 931.0Z\"/>";
+        assert!(svg.contains("fill-rule=\"evenodd\" d=\"M") && svg.contains(hole), "{svg}");
+        assert!(svg.contains("<text class=\"area\" x=\"69.0\" y=\"931.0\">F</text>"), "{svg}");
+    }
 }

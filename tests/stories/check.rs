@@ -52,7 +52,7 @@ fn mistakes_in_the_link_table_are_told_together_with_those_in_other_files() {
     let files = Files::shipped().with("zenoh/link.toml", "direction = \"down\"", "direction = \"sideways\"").with(
         "missions/reference.toml",
         "height_m = 0.0",
-        "height_m = -1.0",
+        "height_m = -6.0",
     );
     let (code, said, complaints) = check(&files, &["--files-only"]);
     assert_eq!((code, said.as_str()), (Some(2), ""));

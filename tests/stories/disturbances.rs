@@ -75,7 +75,8 @@ fn without_proof_of_life_the_vehicle_loiters_by_itself_and_the_mission_goes_on_l
     skill_manager.signal(Signal::SIGSTOP);
     let status = wait_for_mode(&system, "FLIGHT_MODE_LOITER");
     assert_eq!(status["failsafe"], true, "{status}");
-    skill_manager.signal(Signal::SIGCONT);
+    // On a busy machine it may have been taken for hung by now; then another one runs.
+    let _ = skill_manager.try_signal(Signal::SIGCONT);
     system.end().expect(0, &["SUCCESS"]);
 }
 

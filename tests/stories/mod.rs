@@ -1,5 +1,6 @@
 //! Stories over real processes: what happens, from the outside.
 
+mod airspace;
 mod audit;
 mod bad_input;
 mod bad_messages;

@@ -25,6 +25,11 @@ flying = false
 latitude_deg = 54.0
 longitude_deg = 6.6
 altitude_m = 20.0
+[[area]]
+name = "all but the quay"
+kind = "keep-out"
+corners_m = [[-3000.0, -3000.0], [3000.0, -3000.0], [3000.0, 3000.0], [-3000.0, 3000.0]]
+holes_m = [[[-900.0, -900.0], [900.0, -900.0], [900.0, 900.0], [-900.0, 900.0]]]
 "#;
 
 /// The page of a system in the air.
@@ -73,6 +78,8 @@ fn another_mission_is_tried_out_and_uploaded_in_flight() {
     browser.click("#mission-edit");
     let origin = "[origin]\nlatitude_deg = 54.0\nlongitude_deg = 6.6\naltitude_m = 20.0\n";
     wait_for("the mission's origin", || browser.value("#mission-text").contains(origin).then_some(()));
+    let hole = "holes_m = [[[-900.0, -900.0], [900.0, -900.0], [900.0, 900.0], [-900.0, 900.0]]]";
+    assert!(browser.value("#mission-text").contains(hole), "{}", browser.value("#mission-text"));
     browser.click("#editor-close");
     browser.wait_for("#phase", "over: success");
     assert_eq!(browser.document("uav1")["report"]["objectives"][0]["name"], "mast");

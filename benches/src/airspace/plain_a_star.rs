@@ -22,7 +22,7 @@ const WAIT_M: f64 = 20.0;
 /// The number of legs of the cheapest way.
 pub(crate) fn legs(world: World, areas: &[Area]) -> usize {
     let ends = [world.start().at_height(HEIGHT_M), world.goal().at_height(HEIGHT_M)];
-    let turns = areas.iter().flat_map(|it| corners(&it.corners, MARGIN_M)).map(|it| it.at.at_height(HEIGHT_M));
+    let turns = areas.iter().flat_map(|it| corners(it, MARGIN_M)).map(|it| it.at.at_height(HEIGHT_M));
     let nodes: Vec<Ned> = ends.into_iter().chain(turns).collect();
     let mut settled = vec![None; nodes.len()];
     let mut open = BinaryHeap::from([Reverse((0, 0, 0, 0))]);

@@ -89,16 +89,9 @@ impl World {
             Heights::Floors => (Some(floor_m), None),
             Heights::Bands => (Some(floor_m), Some(ceiling_m)),
         };
-        Area {
-            name: format!("area {index}"),
-            kind: if index.is_multiple_of(5) { AreaKind::Permission } else { AreaKind::KeepOut },
-            corners: (0..self.corners).map(corner).collect(),
-            floor_m,
-            ceiling_m,
-            from_utc_ms: None,
-            until_utc_ms: None,
-            hours: None,
-        }
+        let name = format!("area {index}");
+        let kind = if index.is_multiple_of(5) { AreaKind::Permission } else { AreaKind::KeepOut };
+        Area { floor_m, ceiling_m, ..Area::new(name, kind, (0..self.corners).map(corner).collect()) }
     }
 
     pub(crate) fn all_areas(self) -> Vec<Area> {
@@ -130,6 +123,7 @@ impl World {
             order: Default::default(),
             sites: Vec::new(),
             origin: None,
+            feeds: Vec::new(),
         };
         Planner::new(&shipped.planner, &shipped.energy, mission, Pace::REAL_TIME)
     }

@@ -600,16 +600,11 @@ fn a_takeoff_that_was_under_way_may_lift_off_and_then_comes_down() {
 #[test]
 fn the_areas_of_the_mission_s_file_apply_over_a_loss_of_power() {
     let corner = |(north_m, east_m)| Ned { north_m, east_m, down_m: 0.0 };
-    let area = Area {
-        name: "A".into(),
-        kind: domain::area::AreaKind::Permission,
-        corners: [(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)].map(corner).to_vec(),
-        floor_m: None,
-        ceiling_m: None,
-        from_utc_ms: None,
-        until_utc_ms: None,
-        hours: None,
-    };
+    let area = Area::new(
+        "A",
+        domain::area::AreaKind::Permission,
+        [(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)].map(corner).to_vec(),
+    );
     let mut truth = Truth::standing();
     truth.oracle = Oracle::new(Pace::REAL_TIME, INTERRUPTION, vec![area]);
     let now = truth.now();

@@ -20,10 +20,13 @@ use crate::losses::Loss;
 use crate::mailbox::{Mail, Mailbox, Slot};
 use crate::{BusError, Scope, keys, trace};
 
-/// No message of ours comes near this, but for [`MAX_STATUS_PAYLOAD`]; one that does is refused before it is decoded.
+/// No message of ours comes near this, but for [`MAX_STATUS_PAYLOAD`] and [`MAX_MISSION_PAYLOAD`]; one that does is refused before it is
+/// decoded.
 const MAX_PAYLOAD: usize = 256 * 1024;
 /// The planner's status names all areas: less than 4 MiB in the largest mission (`domain::mission::bounds`), and the plan.
 const MAX_STATUS_PAYLOAD: usize = 8 * 1024 * 1024;
+/// A request about the mission may have its text: at most 4 MiB come from the gateway, with the state of the vehicle beside it.
+const MAX_MISSION_PAYLOAD: usize = 5 * 1024 * 1024;
 
 /// More requests than this never wait for a node that works.
 const MOST_OPEN: usize = 256;
@@ -331,8 +334,9 @@ impl Inbox {
             self.refuse(key, why);
             Refusal::Because(why.to_owned())
         };
-        if MAX_PAYLOAD < payload.len() {
-            return Some((asker, refused(&format!("{} bytes, at most {MAX_PAYLOAD}", payload.len()))));
+        let most_bytes = if service == Service::Mission { MAX_MISSION_PAYLOAD } else { MAX_PAYLOAD };
+        if most_bytes < payload.len() {
+            return Some((asker, refused(&format!("{} bytes, at most {most_bytes}", payload.len()))));
         }
         let request = match Request::decode(service, payload) {
             Ok(request) => request,
@@ -459,6 +463,27 @@ mod tests {
         let refused = inbox.request(service, service.key(), &order, Some(&attachment), asker).map(|(_, why)| why);
         assert_eq!(refused, expected.map(|it| Refusal::Because(it.to_owned())), "{said}");
         assert_eq!(mailbox.losses().malformed, u64::from(expected.is_some()), "{said}");
+    }
+
+    #[test]
+    fn only_a_request_about_the_mission_may_be_large() {
+        #[track_caller]
+        fn check(service: Service, bytes: usize, expected: Option<&str>) {
+            let inbox = Inbox::new(&Scope::Vehicle("uav1".into()), Mailbox::new(&Wake::new().unwrap()));
+            let text = v1::MissionText { text: "x".repeat(bytes), wind: None };
+            let request = Some(v1::mission_request::Request::Upload(text));
+            let payload = v1::MissionRequest { request, ..Default::default() }.encode_to_vec();
+            let asker = Asker::Direct { connection: 1, number: 1 };
+            let refused = inbox.request(service, service.key(), &payload, None, asker).map(|(_, why)| why);
+            let told = match &refused {
+                Some(Refusal::Because(why)) => Some(why.as_str()),
+                _ => None,
+            };
+            assert!(told == expected || told.zip(expected).is_some_and(|(it, end)| it.ends_with(end)), "{told:?}");
+        }
+        check(Service::Mission, 4 << 20, None);
+        check(Service::Mission, 5 << 20, Some("bytes, at most 5242880"));
+        check(Service::OperatorCommand, 300_000, Some("bytes, at most 262144"));
     }
 
     #[test]

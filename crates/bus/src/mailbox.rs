@@ -30,6 +30,10 @@ const MOST_NEWEST: usize = CAPACITY / 2;
 const MOST_LARGE: usize = 16;
 /// Orders that may wait. (ENG: more than are answered before the last of them is too old to be obeyed.)
 const MOST_ORDERS: usize = 64;
+/// Of them: texts of large missions. With those of 5 MiB that bounds the memory to 20 MiB.
+const MOST_LARGE_ORDERS: usize = 4;
+/// A mission whose text has more bytes is large.
+const LARGE_TEXT: usize = 256 * 1024;
 
 /// Something for the loop.
 #[derive(Debug)]
@@ -49,6 +53,18 @@ impl Mail {
     fn is_command(&self) -> bool {
         let (Mail::Event(event, _) | Mail::Said(_, event, _)) = self else { return false };
         matches!(event, Event::Request { request: Request::OperatorCommand(_), .. })
+    }
+
+    /// The text of a large mission.
+    fn is_large_text(&self) -> bool {
+        use kittiwake_proto::v1::mission_request::Request as Ask;
+        let (Mail::Event(event, _) | Mail::Said(_, event, _)) = self else { return false };
+        let Event::Request { request: Request::Mission(it), .. } = event else { return false };
+        matches!(
+            &it.request,
+            Some(Ask::Validate(it) | Ask::Upload(it) | Ask::ValidateAirspace(it) | Ask::AdoptAirspace(it))
+                if LARGE_TEXT < it.text.len()
+        )
     }
 }
 
@@ -128,6 +144,9 @@ impl Mailbox {
         let mut inner = self.lock();
         // Those who try out missions leave room for who commands.
         if MOST_ORDERS <= inner.orders.iter().filter(|it| it.is_command() == mail.is_command()).count() {
+            return false;
+        }
+        if mail.is_large_text() && MOST_LARGE_ORDERS <= inner.orders.iter().filter(|it| it.is_large_text()).count() {
             return false;
         }
         inner.orders.push_back(mail);
@@ -329,6 +348,22 @@ mod tests {
         assert!(mailbox.has_order() && !mailbox.has_mail());
         assert_eq!(std::iter::from_fn(|| mailbox.take_order()).count(), MOST_ORDERS);
         assert!(!mailbox.has_order() && mailbox.push_order(peer("after it")));
+    }
+
+    #[test]
+    fn few_large_missions_wait() {
+        use kittiwake_proto::v1;
+        let mailbox = mailbox();
+        let upload = |bytes: usize| {
+            let text = v1::MissionText { text: "x".repeat(bytes), wind: None };
+            let request = Some(v1::mission_request::Request::Upload(text));
+            let request = Request::Mission(v1::MissionRequest { request, ..Default::default() });
+            Mail::Event(Event::Request { vehicle: "uav1".into(), token: node::Token(1), request }, None)
+        };
+        (0..MOST_LARGE_ORDERS).for_each(|_| assert!(mailbox.push_order(upload(LARGE_TEXT + 1))));
+        assert!(!mailbox.push_order(upload(LARGE_TEXT + 1)));
+        assert!(mailbox.push_order(upload(LARGE_TEXT)), "a small one has room");
+        assert!(mailbox.take_order().is_some() && mailbox.push_order(upload(LARGE_TEXT + 1)), "one was taken out");
     }
 
     #[test]

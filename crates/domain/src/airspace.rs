@@ -274,16 +274,8 @@ pub(crate) mod tests {
     use super::*;
 
     pub(crate) fn area(name: &str, kind: AreaKind, corners: &[(f64, f64)]) -> Area {
-        Area {
-            name: name.into(),
-            kind,
-            corners: corners.iter().map(|&(north, east)| Ned::new(north, east, 0.0)).collect(),
-            floor_m: None,
-            ceiling_m: Some(100.0),
-            from_utc_ms: None,
-            until_utc_ms: None,
-            hours: None,
-        }
+        let corners = corners.iter().map(|&(north, east)| Ned::new(north, east, 0.0)).collect();
+        Area { ceiling_m: Some(100.0), ..Area::new(name, kind, corners) }
     }
 
     /// From 100 m to 300 m east.

@@ -1,6 +1,7 @@
-//! Areas: polygons with an altitude band, a time window and hours, entered with a permission or not at all.
+//! Areas: polygons with an altitude band, a time window and hours, entered with a permission or not at all. They may have holes,
+//! which belong to the outside.
 
-use geo::{Contains, Distance, Euclidean, Intersects, Line, Polygon};
+use geo::{Contains, Coord, Intersects, Line, LineString, Polygon};
 use sha2::{Digest, Sha256};
 
 use crate::geometry::Ned;
@@ -23,7 +24,7 @@ pub const NO_LANDING_TO_M: f64 = 3.0;
 /// Where an area is, as a grant names it: no other area of the same name has the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extent {
-    /// The SHA-256 of the corners in canonical form: see docs/formats.md.
+    /// The SHA-256 of the rings in canonical form: see docs/formats.md.
     pub outline: [u8; 32],
     /// [`Area::floor_m`] in tenths of a millimetre.
     pub floor_tenth_mm: Option<i64>,
@@ -38,8 +39,10 @@ pub struct Area {
     pub name: String,
     /// What it takes to enter.
     pub kind: AreaKind,
-    /// The corners in order, not closed; the heights are not used.
+    /// The corners of its outline in order, not closed; the heights are not used.
     pub corners: Vec<Ned>,
+    /// The corners of each of its holes, in the same form. A hole lies inside the outline; it touches neither that nor another hole.
+    pub holes: Vec<Vec<Ned>>,
     /// Height above the origin from which on it applies; `None`: from the ground up.
     pub floor_m: Option<f64>,
     /// Height above the origin up to which it applies; `None`: without limit.
@@ -52,25 +55,84 @@ pub struct Area {
     pub hours: Option<WeeklyHours>,
 }
 
+/// What is wrong with the rings of an area, as the end of a sentence that begins with the area. Holes are counted from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum InvalidRings {
+    /// The outline is not a simple polygon.
+    #[error("crosses itself or has fewer than three corners")]
+    Outline,
+    /// A hole is not a simple polygon.
+    #[error("has a hole that crosses itself or has fewer than three corners, hole {0}")]
+    Hole(usize),
+    /// A hole crosses or touches the outline, or lies outside.
+    #[error("has a hole that is not inside its outline, hole {0}")]
+    NotInside(usize),
+    /// Two holes cross or touch, or one lies in the other.
+    #[error("has holes that overlap or touch, holes {0} and {1}")]
+    Overlap(usize, usize),
+}
+
+impl InvalidRings {
+    /// The number of the ring that is to be changed: 0 is the outline.
+    pub fn ring(self) -> usize {
+        match self {
+            InvalidRings::Outline => 0,
+            InvalidRings::Hole(hole) | InvalidRings::NotInside(hole) | InvalidRings::Overlap(_, hole) => hole,
+        }
+    }
+}
+
 impl Area {
+    /// An area without holes that applies at all heights and at all times.
+    pub fn new(name: impl Into<String>, kind: AreaKind, corners: Vec<Ned>) -> Area {
+        Area {
+            name: name.into(),
+            kind,
+            corners,
+            holes: Vec::new(),
+            floor_m: None,
+            ceiling_m: None,
+            from_utc_ms: None,
+            until_utc_ms: None,
+            hours: None,
+        }
+    }
+
+    /// The rings of its border: the outline, then each hole.
+    pub fn rings(&self) -> impl Iterator<Item = &[Ned]> {
+        std::iter::once(&self.corners).chain(&self.holes).map(Vec::as_slice)
+    }
+
     /// Whether it is one that may be flown over and not landed in.
     pub fn only_bars_landings(&self) -> bool {
         self.kind == AreaKind::KeepOut && self.floor_m.is_none() && self.ceiling_m == Some(NO_LANDING_TO_M)
     }
 
-    /// Where it is: the same on every machine, and whatever corner is listed first.
+    /// Where it is: the same on every machine, and whatever corner or hole is listed first.
     pub fn extent(&self) -> Extent {
         let tenth_mm = |m: f64| (m * 1e4).round() as i64;
-        let mut ring: Vec<_> = self.corners.iter().map(|it| (tenth_mm(it.north_m), tenth_mm(it.east_m))).collect();
-        let first = (0..ring.len()).min_by_key(|it| ring[*it]).unwrap_or_default();
-        ring.rotate_left(first);
-        if ring.last() < ring.get(1) {
-            ring[1..].reverse();
-        }
-        let mut hash = Sha256::new_with_prefix(b"kittiwake outline 1\0");
-        for (north, east) in ring {
-            hash.update(north.to_le_bytes());
-            hash.update(east.to_le_bytes());
+        let canonical = |ring: &[Ned]| {
+            let mut ring: Vec<_> = ring.iter().map(|it| (tenth_mm(it.north_m), tenth_mm(it.east_m))).collect();
+            let first = (0..ring.len()).min_by_key(|it| ring[*it]).unwrap_or_default();
+            ring.rotate_left(first);
+            if ring.last() < ring.get(1) {
+                ring[1..].reverse();
+            }
+            ring
+        };
+        let mut rings: Vec<_> = self.rings().map(canonical).collect();
+        rings[1..].sort();
+        let has_holes = !self.holes.is_empty();
+        let form: &[u8] = if has_holes { b"kittiwake outline 2\0" } else { b"kittiwake outline 1\0" };
+        let mut hash = Sha256::new_with_prefix(form);
+        for ring in rings {
+            if has_holes {
+                hash.update((ring.len() as u64).to_le_bytes());
+            }
+            for (north, east) in ring {
+                hash.update(north.to_le_bytes());
+                hash.update(east.to_le_bytes());
+            }
         }
         Extent {
             outline: hash.finalize().into(),
@@ -81,7 +143,8 @@ impl Area {
 
     /// The polygon; x is east, y is north.
     pub fn polygon(&self) -> Polygon<f64> {
-        Polygon::new(self.corners.iter().map(|it| (it.east_m, it.north_m)).collect(), vec![])
+        let ring = |ring: &Vec<Ned>| LineString::from_iter(ring.iter().map(|it| (it.east_m, it.north_m)));
+        Polygon::new(ring(&self.corners), self.holes.iter().map(ring).collect())
     }
 
     /// Whether the area applies at this moment of UTC.
@@ -167,25 +230,72 @@ impl Area {
         apart(|it| it.north_m) || apart(|it| it.east_m)
     }
 
-    /// Distance over ground from `point` to the border, from inside or outside.
+    /// Distance over ground from `point` to the border, that of the nearest hole included, from inside or outside.
     pub fn distance_to_border_m(&self, point: Ned) -> f64 {
-        Euclidean.distance(&geo::Point::new(point.east_m, point.north_m), self.polygon().exterior())
+        Outline::new(self).distance_to_border_m(point)
     }
 
-    /// Whether the corners make a simple polygon: at least three, none twice, no two edges crossing.
+    /// Whether the rings make a polygon: see [`Area::check_rings`].
     pub fn is_simple(&self) -> bool {
-        let ring: Vec<_> = self.polygon().exterior().lines().collect();
-        let count = ring.len();
-        if count < 3 {
-            return false;
-        }
-        (0..count).all(|i| {
-            (i + 1..count).all(|j| {
-                let neighbours = j == i + 1 || (i == 0 && j == count - 1);
-                if neighbours { !overlaps(ring[i], ring[j]) } else { !ring[i].intersects(&ring[j]) }
-            })
-        })
+        self.check_rings().is_ok()
     }
+
+    /// Each ring has at least three corners, none twice, and no two sides that cross. Each hole lies inside the outline, and no hole
+    /// touches another ring.
+    ///
+    /// # Errors
+    /// The first ring that is wrong.
+    pub fn check_rings(&self) -> Result<(), InvalidRings> {
+        let mut checked = Area { holes: Vec::new(), ..self.clone() };
+        if !is_simple_ring(&sides(&self.corners)) {
+            return Err(InvalidRings::Outline);
+        }
+        self.holes.iter().try_for_each(|hole| checked.add_hole(hole.clone()))
+    }
+
+    /// The area gets one more hole, if its rings make a polygon with it.
+    ///
+    /// # Errors
+    /// What is wrong with the hole.
+    pub fn add_hole(&mut self, hole: Vec<Ned>) -> Result<(), InvalidRings> {
+        let (number, of_hole) = (self.holes.len() + 1, sides(&hole));
+        if !is_simple_ring(&of_hole) {
+            return Err(InvalidRings::Hole(number));
+        }
+        let do_meet = |ring: &[Ned]| sides(ring).iter().any(|a| of_hole.iter().any(|b| a.intersects(b)));
+        // Rings that do not meet lie in each other with all of their corners, or with none.
+        let lies_in = |inner: &[Ned], outer: &[Ned]| Area::new("", self.kind, outer.to_vec()).covers(inner[0]);
+        if do_meet(&self.corners) || !lies_in(&hole, &self.corners) {
+            return Err(InvalidRings::NotInside(number));
+        }
+        let overlaps = |other: &Vec<Ned>| do_meet(other) || lies_in(other, &hole) || lies_in(&hole, other);
+        if let Some(other) = self.holes.iter().position(overlaps) {
+            return Err(InvalidRings::Overlap(other + 1, number));
+        }
+        self.holes.push(hole);
+        Ok(())
+    }
+}
+
+/// The rings of a polygon: its outline, then each hole.
+pub(crate) fn rings(polygon: &Polygon<f64>) -> impl Iterator<Item = &LineString<f64>> {
+    std::iter::once(polygon.exterior()).chain(polygon.interiors())
+}
+
+fn is_simple_ring(sides: &[Line<f64>]) -> bool {
+    let count = sides.len();
+    let is_apart = |i: usize, j: usize| {
+        let are_neighbours = j == i + 1 || (i == 0 && j == count - 1);
+        if are_neighbours { !overlaps(sides[i], sides[j]) } else { !sides[i].intersects(&sides[j]) }
+    };
+    3 <= count && (0..count).all(|i| (i + 1..count).all(|j| is_apart(i, j)))
+}
+
+/// The sides of a ring; x is east, y is north.
+fn sides(ring: &[Ned]) -> Vec<Line<f64>> {
+    let coord = |it: &Ned| Coord { x: it.east_m, y: it.north_m };
+    let ends = ring.iter().zip(ring.iter().cycle().skip(1));
+    ends.map(|(a, b)| Line::new(coord(a), coord(b))).collect()
 }
 
 /// Whether two neighbouring edges fold back onto each other.
@@ -199,16 +309,16 @@ mod tests {
     use super::*;
 
     fn area(corners: &[(f64, f64)]) -> Area {
-        Area {
-            name: "a".into(),
-            kind: AreaKind::Permission,
-            corners: corners.iter().map(|&(north, east)| Ned::new(north, east, 0.0)).collect(),
-            floor_m: None,
-            ceiling_m: Some(100.0),
-            from_utc_ms: None,
-            until_utc_ms: None,
-            hours: None,
-        }
+        Area { ceiling_m: Some(100.0), ..Area::new("a", AreaKind::Permission, ring(corners)) }
+    }
+
+    fn ring(corners: &[(f64, f64)]) -> Vec<Ned> {
+        corners.iter().map(|&(north, east)| Ned::new(north, east, 0.0)).collect()
+    }
+
+    /// A square with its south-western corner there.
+    fn square(north: f64, east: f64, side: f64) -> Vec<Ned> {
+        ring(&[(north, east), (north + side, east), (north + side, east + side), (north, east + side)])
     }
 
     #[test]
@@ -297,6 +407,70 @@ mod tests {
             Area { ceiling_m: Some(100.1), ..base.clone() }.extent(),
         ];
         assert!(!other.contains(&base.extent()), "{other:?}");
+    }
+
+    /// 100 m by 100 m, with two holes.
+    fn holed() -> Area {
+        let holes = vec![square(20.0, 20.0, 20.0), square(60.0, 60.0, 20.0)];
+        Area { holes, ..Area::new("a", AreaKind::Permission, square(0.0, 0.0, 100.0)) }
+    }
+
+    #[test]
+    fn a_hole_is_outside() {
+        #[track_caller]
+        fn check(north: f64, east: f64, is_inside: bool, border_m: f64) {
+            let (area, at) = (holed(), Ned::new(north, east, 0.0));
+            assert_eq!((area.contains(at), area.distance_to_border_m(at)), (is_inside, border_m));
+        }
+        check(10.0, 10.0, true, 10.0);
+        check(30.0, 35.0, false, 5.0);
+        check(70.0, 62.0, false, 2.0);
+        check(30.0, 45.0, true, 5.0);
+        check(50.0, -8.0, false, 8.0);
+        check(20.0, 30.0, false, 0.0);
+        let at = |east: f64| Ned::new(30.0, east, 0.0);
+        assert_eq!(holed().crossings(at(30.0), at(130.0)), [0.0, 0.1, 0.7, 1.0]);
+        assert!(!holed().is_crossed(at(22.0), at(38.0)) && holed().is_crossed(at(30.0), at(41.0)));
+    }
+
+    #[test]
+    fn an_extent_knows_the_holes_in_any_order() {
+        let (hole, other) = (square(20.0, 20.0, 20.0), square(60.0, 60.0, 20.0));
+        let reversed: Vec<Ned> = hole.iter().rev().copied().collect();
+        let with = |holes: Vec<Vec<Ned>>| Area { holes, ..holed() }.extent();
+        let hex: String = holed().extent().outline.iter().map(|it| format!("{it:02x}")).collect();
+        assert_eq!(hex, "071c18a4eb92782d1a369dbef27cb879ebfe381b8038868f1fed8d98f2bcf677", "the form is fixed");
+        assert_eq!(with(vec![other.clone(), reversed]), holed().extent());
+        // What would be the same corners one after the other.
+        let split = [&hole[..], &other[..]].concat();
+        for different in [vec![], vec![hole.clone()], vec![other.clone()], vec![split]] {
+            assert_ne!(with(different), holed().extent());
+        }
+    }
+
+    #[test]
+    fn holes_lie_inside_and_apart() {
+        #[track_caller]
+        fn check(holes: Vec<Vec<Ned>>, expected: Result<(), InvalidRings>) {
+            assert_eq!(Area { holes, ..holed() }.check_rings(), expected);
+        }
+        let good = || square(20.0, 20.0, 20.0);
+        check(vec![], Ok(()));
+        check(vec![good(), square(60.0, 60.0, 20.0)], Ok(()));
+        check(vec![good(), ring(&[(60.0, 60.0), (70.0, 60.0)])], Err(InvalidRings::Hole(2)));
+        check(vec![vec![]], Err(InvalidRings::Hole(1)));
+        check(vec![ring(&[(20.0, 20.0), (30.0, 30.0), (30.0, 20.0), (20.0, 30.0)])], Err(InvalidRings::Hole(1)));
+        check(vec![good(), square(200.0, 20.0, 20.0)], Err(InvalidRings::NotInside(2)));
+        check(vec![square(90.0, 20.0, 20.0)], Err(InvalidRings::NotInside(1)));
+        // It touches the outline from inside; it is the outline; it is round it.
+        check(vec![square(80.0, 20.0, 20.0)], Err(InvalidRings::NotInside(1)));
+        check(vec![square(0.0, 0.0, 100.0)], Err(InvalidRings::NotInside(1)));
+        check(vec![square(-10.0, -10.0, 120.0)], Err(InvalidRings::NotInside(1)));
+        check(vec![good(), square(30.0, 30.0, 20.0)], Err(InvalidRings::Overlap(1, 2)));
+        check(vec![good(), square(25.0, 25.0, 5.0)], Err(InvalidRings::Overlap(1, 2)));
+        check(vec![square(25.0, 25.0, 5.0), square(60.0, 60.0, 20.0), good()], Err(InvalidRings::Overlap(1, 3)));
+        // They touch at a corner.
+        check(vec![good(), square(40.0, 40.0, 20.0)], Err(InvalidRings::Overlap(1, 2)));
     }
 
     #[test]

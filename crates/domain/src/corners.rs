@@ -1,12 +1,13 @@
-//! The corners of a polygon grown by a margin: the only points at which a shortest way past it turns, and the directions in
+//! The corners of an area grown by a margin: the only points at which a shortest way past it turns, and the directions in
 //! which it may pass them.
 
+use crate::area::Area;
 use crate::geometry::Ned;
 
 /// `(north, east)`.
 type Vector = (f64, f64);
 
-/// A corner of a grown polygon.
+/// A corner of a grown area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Corner {
     /// Where it is; the height is zero.
@@ -18,7 +19,7 @@ pub struct Corner {
 }
 
 impl Corner {
-    /// Whether a shortest way may pass the corner in the direction from `a` to `b`: the polygon is on one side of that line. Any
+    /// Whether a shortest way may pass the corner in the direction from `a` to `b`: the area is on one side of that line there. Any
     /// other way through the corner could be cut short.
     #[inline]
     pub fn is_touched_along(&self, a: Ned, b: Ned) -> bool {
@@ -50,10 +51,30 @@ impl Corner {
     }
 }
 
-/// The corners of `ring` (not closed, in either sense) moved `margin_m` outwards, so that the sides
-/// between them are that far from those of `ring`. An acute corner is replaced by two; a corner that points
-/// inwards has none.
-pub fn corners(ring: &[Ned], margin_m: f64) -> Vec<Corner> {
+/// A ring of an area's border, moved away from the area.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct GrownRing {
+    /// The corners at which a shortest way past the area may turn.
+    pub corners: Vec<Corner>,
+    /// The ring itself, not closed: those corners and the others, without very acute ones of the others. It is not simple where the
+    /// ring is narrower than twice the margin.
+    pub ring: Vec<Ned>,
+}
+
+/// The rings of `area` moved `margin_m` away from it, outwards or into the hole, so that their sides are that far from those of
+/// the area: the outline's, then those of the holes.
+pub fn grown(area: &Area, margin_m: f64) -> Vec<GrownRing> {
+    let grow = |(number, ring): (usize, &[Ned])| grown_ring(ring, 0 < number, margin_m);
+    area.rings().enumerate().map(grow).collect()
+}
+
+/// The corners at which a shortest way past `area` may turn that stays `margin_m` away from it.
+pub fn corners(area: &Area, margin_m: f64) -> impl Iterator<Item = Corner> + use<> {
+    grown(area, margin_m).into_iter().flat_map(|it| it.corners)
+}
+
+/// A ring (not closed, in either sense). An acute corner is replaced by two; no way turns at one that points towards the area.
+fn grown_ring(ring: &[Ned], is_hole: bool, margin_m: f64) -> GrownRing {
     let mut ring = ring.to_vec();
     // A side without length has no direction.
     ring.dedup();
@@ -62,24 +83,22 @@ pub fn corners(ring: &[Ned], margin_m: f64) -> Vec<Corner> {
     }
     let count = ring.len();
     if count < 3 {
-        return Vec::new();
+        return GrownRing::default();
     }
-    let clockwise = doubled_area(&ring) > 0.0;
+    let has_area_on_right = (doubled_area(&ring) > 0.0) != is_hole;
     let side = |index: usize| {
         let (here, there) = (ring[index % count], ring[(index + 1) % count]);
         let length_m = here.horizontal_distance_m(there);
         ((there.north_m - here.north_m) / length_m, (there.east_m - here.east_m) / length_m)
     };
-    let outwards = |(north, east): Vector| if clockwise { (east, -north) } else { (-east, north) };
-    let mut found = Vec::new();
+    let away = |(north, east): Vector| if has_area_on_right { (east, -north) } else { (-east, north) };
+    let mut grown = GrownRing::default();
     for index in 0..count {
         let corner = ring[(index + 1) % count];
         let (before, after) = (side(index), side(index + 1));
-        let (out_before, out_after) = (outwards(before), outwards(after));
+        let (out_before, out_after) = (away(before), away(after));
         // The next side bends away from the outward direction of this one.
-        if dot(out_before, after) >= 0.0 {
-            continue;
-        }
+        let is_passed = dot(out_before, after) < 0.0;
         let alike = dot(out_before, out_after);
         let at =
             |(north, east): Vector| Ned::new(corner.north_m + north * margin_m, corner.east_m + east * margin_m, 0.0);
@@ -88,17 +107,20 @@ pub fn corners(ring: &[Ned], margin_m: f64) -> Vec<Corner> {
         const ACUTE: f64 = -0.5;
         if alike > ACUTE {
             let sum = add(out_before, out_after);
-            found.push(Corner { at: at((sum.0 / (1.0 + alike), sum.1 / (1.0 + alike))), before, after });
-        } else {
+            let at = at((sum.0 / (1.0 + alike), sum.1 / (1.0 + alike)));
+            grown.ring.push(at);
+            grown.corners.extend(is_passed.then_some(Corner { at, before, after }));
+        } else if is_passed {
             let (first, second) = (at(add(out_before, before)), at(add(out_after, (-after.0, -after.1))));
             let between = (second.north_m - first.north_m, second.east_m - first.east_m);
             let length_m = between.0.hypot(between.1).max(f64::MIN_POSITIVE);
             let between = (between.0 / length_m, between.1 / length_m);
-            found.push(Corner { at: first, before, after: between });
-            found.push(Corner { at: second, before: between, after });
+            grown.ring.extend([first, second]);
+            grown.corners.push(Corner { at: first, before, after: between });
+            grown.corners.push(Corner { at: second, before: between, after });
         }
     }
-    found
+    grown
 }
 
 /// Twice the area, positive if the ring runs clockwise as seen from above.
@@ -122,6 +144,11 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::area::AreaKind;
+
+    fn area(corners: Vec<Ned>) -> Area {
+        Area::new("a", AreaKind::KeepOut, corners)
+    }
 
     proptest! {
         #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
@@ -137,7 +164,8 @@ mod tests {
             let centre = Ned::new(centre.0, centre.1, 0.0);
             let reach_m: f64 = part * radius_m;
             let there = Ned::new(centre.north_m + reach_m * angle.cos(), centre.east_m + reach_m * angle.sin(), 0.0);
-            for corner in corners(&ring, 10.0) {
+            // As an outline and as a hole: the corners of the one are not those of the other.
+            for corner in corners(&Area { holes: vec![ring.clone()], ..area(ring) }, 10.0) {
                 let touched = corner.is_touched_along(corner.at, there);
                 prop_assert!(!touched || corner.may_lead_into(centre, radius_m), "{corner:?}");
             }
@@ -145,32 +173,37 @@ mod tests {
     }
 
     #[test]
-    fn corners_move_outwards_and_notches_have_none() {
+    fn corners_move_outwards_or_into_the_hole_and_those_towards_the_area_have_none() {
         #[track_caller]
-        fn check(ring: &[Vector], expected: &[Vector]) {
+        fn check(ring: &[Vector], is_hole: bool, expected: &[Vector]) {
             for reversed in [false, true] {
                 let mut ring: Vec<_> = ring.iter().map(|&(north, east)| Ned::new(north, east, 0.0)).collect();
                 if reversed {
                     ring.reverse();
                 }
-                let mut found: Vec<_> =
-                    corners(&ring, 10.0).iter().map(|it| (it.at.north_m.round(), it.at.east_m.round())).collect();
+                let grown = grown_ring(&ring, is_hole, 10.0);
+                let rounded = |at: Ned| (at.north_m.round(), at.east_m.round());
+                let mut found: Vec<_> = grown.corners.iter().map(|it| rounded(it.at)).collect();
                 found.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
                 assert_eq!(found, expected, "{ring:?}");
+                let is_in_ring = |it: &Vector| grown.ring.iter().any(|at| rounded(*at) == *it);
+                assert!(grown.ring.len() >= ring.len() && expected.iter().all(is_in_ring), "{grown:?}");
             }
         }
         check(
             &[(-90.0, 110.0), (90.0, 110.0), (90.0, 290.0), (-90.0, 290.0)],
+            false,
             &[(-100.0, 100.0), (-100.0, 300.0), (100.0, 100.0), (100.0, 300.0)],
         );
+        check(&[(-90.0, 110.0), (90.0, 110.0), (90.0, 290.0), (-90.0, 290.0)], true, &[]);
         // An L: five corners point outwards, one inwards.
-        check(
-            &[(0.0, 0.0), (100.0, 0.0), (100.0, 50.0), (50.0, 50.0), (50.0, 100.0), (0.0, 100.0)],
-            &[(-10.0, -10.0), (-10.0, 110.0), (60.0, 110.0), (110.0, -10.0), (110.0, 60.0)],
-        );
+        let l = [(0.0, 0.0), (100.0, 0.0), (100.0, 50.0), (50.0, 50.0), (50.0, 100.0), (0.0, 100.0)];
+        check(&l, true, &[(40.0, 40.0)]);
+        check(&l, false, &[(-10.0, -10.0), (-10.0, 110.0), (60.0, 110.0), (110.0, -10.0), (110.0, 60.0)]);
         // A needle to the north: its point is cut off.
         check(
             &[(0.0, 0.0), (1000.0, 10.0), (0.0, 20.0)],
+            false,
             &[(-10.0, -10.0), (-10.0, 30.0), (1010.0, 0.0), (1010.0, 20.0)],
         );
     }
@@ -179,8 +212,8 @@ mod tests {
     fn a_corner_is_touched_along_lines_that_have_the_polygon_on_one_side() {
         let ring = [(0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0)];
         let ring = ring.map(|(north, east)| Ned::new(north, east, 0.0));
-        let found = corners(&ring, 10.0);
-        let corner = found.iter().find(|it| it.at == Ned::new(110.0, 110.0, 0.0)).expect("the one in the north-east");
+        let mut found = corners(&area(ring.to_vec()), 10.0);
+        let corner = found.find(|it| it.at == Ned::new(110.0, 110.0, 0.0)).expect("the one in the north-east");
         #[track_caller]
         fn check(corner: &Corner, direction: Vector, expected: bool) {
             for (north, east) in [direction, (-direction.0, -direction.1)] {
@@ -188,11 +221,11 @@ mod tests {
                 assert_eq!(corner.is_touched_along(a, b), expected, "{direction:?}");
             }
         }
-        check(corner, (1.0, -1.0), true);
-        check(corner, (1.0, 0.0), true);
-        check(corner, (0.0, 1.0), true);
-        check(corner, (1.0, -0.01), true);
-        check(corner, (1.0, 0.01), false);
-        check(corner, (1.0, 1.0), false);
+        check(&corner, (1.0, -1.0), true);
+        check(&corner, (1.0, 0.0), true);
+        check(&corner, (0.0, 1.0), true);
+        check(&corner, (1.0, -0.01), true);
+        check(&corner, (1.0, 0.01), false);
+        check(&corner, (1.0, 1.0), false);
     }
 }

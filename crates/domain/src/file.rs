@@ -35,30 +35,12 @@ impl Source {
     }
 
     fn read_at_most(path: &Path, most: u64) -> Result<Source, Mistakes> {
-        use std::io::Read as _;
-        let mistake = |message: String, help: &str| {
-            Mistakes(vec![Mistake { path: path.to_owned(), place: None, message, help: help.into() }])
-        };
-        let unreadable = |error: std::io::Error| {
-            mistake(format!("cannot be read: {error}"), "give the path of a readable UTF-8 text file")
-        };
-        let too_large = |size: &str| {
-            let message = format!("the file has {size}; at most {} are read", in_units(most));
-            mistake(message, "cut it to what the mission needs")
-        };
-        let mut bytes = Vec::new();
-        let file = regular_file::open(path).map_err(unreadable)?;
-        let size = file.metadata().map_err(unreadable)?.len();
-        if most < size {
-            return Err(too_large(&in_units(size)));
-        }
-        // One byte more shows that there is more: a file may grow.
-        file.take(most + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-        if most < bytes.len() as u64 {
-            return Err(too_large("more"));
-        }
-        let text = String::from_utf8(bytes);
-        let text = text.map_err(|error| unreadable(std::io::Error::new(std::io::ErrorKind::InvalidData, error)))?;
+        let text = String::from_utf8(read_bytes(path, most)?);
+        let text = text.map_err(|error| {
+            let message = format!("cannot be read: {error}");
+            let help = "give the path of a readable UTF-8 text file".into();
+            Mistakes(vec![Mistake { path: path.to_owned(), place: None, message, help }])
+        })?;
         Ok(Source { path: path.to_owned(), text })
     }
 
@@ -87,6 +69,35 @@ impl Source {
         let (message, help) = (limits::told(message.into()), limits::told(help.into()));
         Mistake { path: self.path.clone(), place, message, help }
     }
+}
+
+/// Reads a file of any content if it has at most `most` bytes; of a larger one no more is read.
+///
+/// # Errors
+/// If it cannot be read, is not a regular file, or is larger.
+pub fn read_bytes(path: &Path, most: u64) -> Result<Vec<u8>, Mistakes> {
+    use std::io::Read as _;
+    let mistake = |message: String, help: &str| {
+        Mistakes(vec![Mistake { path: path.to_owned(), place: None, message, help: help.into() }])
+    };
+    let unreadable =
+        |error: std::io::Error| mistake(format!("cannot be read: {error}"), "give the path of a readable file");
+    let too_large = |size: &str| {
+        let message = format!("the file has {size}; at most {} are read", in_units(most));
+        mistake(message, "cut it to what the mission needs")
+    };
+    let mut bytes = Vec::new();
+    let file = regular_file::open(path).map_err(unreadable)?;
+    let size = file.metadata().map_err(unreadable)?.len();
+    if most < size {
+        return Err(too_large(&in_units(size)));
+    }
+    // One byte more shows that there is more: a file may grow.
+    file.take(most + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if most < bytes.len() as u64 {
+        return Err(too_large("more"));
+    }
+    Ok(bytes)
 }
 
 /// A number of bytes in MiB, rounded up, or in bytes below one of them.

@@ -2,6 +2,7 @@
 
 mod area_hours;
 pub mod bounds;
+pub mod feeds;
 mod place;
 mod site_entry;
 mod sites;
@@ -17,16 +18,18 @@ use sha2::{Digest as _, Sha256};
 use toml::Spanned;
 
 use crate::area::{Area, AreaKind, NO_LANDING_TO_M};
-use crate::file::{MOST_MISTAKES, Mistakes, Source};
+use crate::feed::Feed;
+use crate::file::{MOST_MISTAKES, Mistake, Mistakes, Source};
 use crate::geodesy::{LocalFrame, Origin};
 use crate::geometry::Ned;
 use crate::site::Site;
 use crate::survey::Survey;
 use area_hours::HoursEntry;
 use bounds::{LONGEST_NAME, control_character};
+use feeds::FeedEntry;
 use place::OriginEntry;
 use site_entry::SiteEntry;
-use sites::Place;
+use sites::{LOWEST_GROUND_M, Place};
 use terms::{Order, Terms};
 use volume::VolumeEntry;
 
@@ -45,6 +48,8 @@ pub struct Mission {
     pub sites: Vec<Site>,
     /// Where the mission takes off, and all its places count from; `None`: from wherever the vehicle stands.
     pub origin: Option<Origin>,
+    /// The data sets that areas came from, with distinct names; an area that none of them names is the mission's own.
+    pub feeds: Vec<Feed>,
 }
 
 /// A state to reach.
@@ -164,7 +169,7 @@ pub enum InvalidObjective {
         /// The greatest height of such an objective.
         most_m: f64,
     },
-    /// It lies below the take-off point, or is to be reached in flight at no height.
+    /// It lies too far below the take-off point, or is to be reached in flight at no height.
     #[error("objective `{name}` is inside the ground: its height is {height_m} m")]
     InTheGround {
         /// Its name.
@@ -190,7 +195,7 @@ impl Objective {
         if !sound {
             return Err(InvalidObjective::TooFar(name));
         }
-        if height_m < 0.0 || (flying && height_m <= 0.0) {
+        if height_m < LOWEST_GROUND_M || (flying && height_m <= 0.0) {
             return Err(InvalidObjective::InTheGround { name, height_m });
         }
         if let Some(most_m) = sites::too_high(height_m, flying) {
@@ -229,9 +234,10 @@ fn hash_of(message: &impl prost::Message) -> String {
 pub fn identity_of_areas(areas: &[Area]) -> String {
     let round = |m: f64| (m * 1e4).round() / 1e4 + 0.0;
     let rounded = |area: &Area| {
-        let corners = area.corners.iter().map(|it| Ned::new(round(it.north_m), round(it.east_m), 0.0)).collect();
+        let ring = |ring: &Vec<Ned>| ring.iter().map(|it| Ned::new(round(it.north_m), round(it.east_m), 0.0)).collect();
+        let (corners, holes) = (ring(&area.corners), area.holes.iter().map(ring).collect());
         let (floor_m, ceiling_m) = (area.floor_m.map(round), area.ceiling_m.map(round));
-        (&Area { corners, floor_m, ceiling_m, ..area.clone() }).into()
+        (&Area { corners, holes, floor_m, ceiling_m, ..area.clone() }).into()
     };
     hash_of(&v1::PlannerStatus { areas: areas.iter().map(rounded).collect(), ..v1::PlannerStatus::default() })
 }
@@ -254,6 +260,7 @@ impl Mission {
             free_order: self.order == Order::Free,
             sites: self.sites.iter().map(Into::into).collect(),
             origin: self.origin.map(Into::into),
+            feeds: crate::wire::feeds_to_wire(&self.feeds, &self.areas),
             ..v1::PlannerStatus::default()
         };
         hash_of(&canonical)
@@ -267,6 +274,9 @@ impl Mission {
     /// # Errors
     /// The mistakes, each with its place.
     pub fn read(source: &Source) -> Result<Mission, Mistakes> {
+        if let Some(mistake) = of_another_program(source) {
+            return Err(Mistakes(vec![mistake]));
+        }
         let file: MissionFile = source.parse()?;
         let mut check = Checker { source, mistakes: Mistakes::default(), frame: None };
         check.bounds(&file);
@@ -287,6 +297,7 @@ impl Mission {
         }
         check.distinct("objective", file.objective.iter().map(|it| &it.name));
         check.distinct("area", file.area.iter().map(|it| &it.name));
+        let feeds = check.feeds(&file.feed, &file.area);
         let alternates = check.alternates(&file.site);
         if objectives.is_empty() {
             check.say(None, "a mission without objectives", "add an [[objective]]");
@@ -296,8 +307,19 @@ impl Mission {
             check.sites(&file, &objectives, &areas, &spans);
             check.alternates_among(&file.site, &alternates, &areas);
         }
-        let mission = Mission { name: file.name, objectives, areas, order: file.order, sites: alternates, origin };
+        let mission =
+            Mission { name: file.name, objectives, areas, order: file.order, sites: alternates, origin, feeds };
         check.mistakes.or(mission)
+    }
+
+    /// The feed that an area came from; `None` for one of the mission's own.
+    pub fn feed_of(&self, area: &str) -> Option<&Feed> {
+        self.feeds.iter().find(|it| it.areas.iter().any(|it| it == area))
+    }
+
+    /// A sentence for each feed that is not to be used at this moment of UTC. Its areas count all the same.
+    pub fn out_of_date_feeds(&self, utc_ms: i64) -> Vec<String> {
+        self.feeds.iter().filter_map(|it| it.out_of_date(utc_ms)).collect()
     }
 
     /// Why `objective`, which is to be inserted, as the last one or not, cannot be flown to: too high, or by an area of this
@@ -348,6 +370,22 @@ pub fn unfit_landing_site<'a>(site: Ned, areas: impl IntoIterator<Item = &'a Are
     areas.into_iter().find_map(|area| sites::unfit(site, area)).map(|it| it.in_words())
 }
 
+/// One mistake in place of those of a TOML parser, for a file that is to be imported.
+fn of_another_program(source: &Source) -> Option<Mistake> {
+    let text = source.text.trim_start_matches('\u{feff}').trim_start();
+    let format = match text.chars().next()? {
+        '{' if text.contains("\"fileType\"") => "a plan of QGroundControl",
+        '{' => "JSON",
+        '<' => "XML",
+        _ if text.starts_with("QGC WPL") => "a mission of QGC WPL",
+        _ => return None,
+    };
+    let message = format!("this is {format}, not a mission file");
+    let (path, out) = (source.path.display(), source.path.with_extension("toml"));
+    let help = format!("import it first: kittiwake mission import \"{path}\" --out \"{}\"", out.display());
+    Some(source.mistake(None, message, help))
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct MissionFile {
@@ -362,6 +400,8 @@ struct MissionFile {
     area: Vec<AreaEntry>,
     #[serde(default)]
     site: Vec<SiteEntry>,
+    #[serde(default)]
+    feed: Vec<FeedEntry>,
 }
 
 #[derive(Deserialize)]
@@ -387,6 +427,8 @@ struct ObjectiveEntry {
     reach_by_utc: Option<Spanned<String>>,
     dwell_s: Option<Spanned<f64>>,
     drop: Option<Spanned<bool>>,
+    #[serde(default)]
+    actions: Vec<Spanned<String>>,
 }
 
 #[derive(Deserialize)]
@@ -398,11 +440,17 @@ struct AreaEntry {
     corners_m: Option<Spanned<Vec<[f64; 2]>>>,
     /// `[latitude, longitude]` each, instead.
     corners_deg: Option<Spanned<Vec<[f64; 2]>>>,
+    /// A list of corners for each hole.
+    holes_m: Option<Vec<Spanned<Vec<[f64; 2]>>>>,
+    /// The same in degrees, instead.
+    holes_deg: Option<Vec<Spanned<Vec<[f64; 2]>>>>,
     floor_m: Option<Spanned<f64>>,
     ceiling_m: Option<Spanned<f64>>,
     from_utc: Option<Spanned<String>>,
     until_utc: Option<Spanned<String>>,
     hours_utc: Option<HoursEntry>,
+    /// The name of the [[feed]] that it came from.
+    feed: Option<Spanned<String>>,
 }
 
 #[derive(Deserialize)]
@@ -448,10 +496,14 @@ impl Checker<'_> {
                 message,
                 "lower it: every place of a mission can be left and reached by a response",
             );
-        } else if !it.flying && height_m < 0.0 {
+        } else if !it.flying && height_m < LOWEST_GROUND_M {
             let message =
                 format!("objective `{}` is inside the ground: it stands at height {height_m} m", it.name.as_ref());
-            self.say(Some(it.height_m.span()), message, "an objective on the ground has height 0 or more");
+            self.say(
+                Some(it.height_m.span()),
+                message,
+                "an objective on the ground lies at most 5 m below the take-off point",
+            );
         }
         let survey = self.survey(it);
         let end = match &survey {
@@ -469,8 +521,8 @@ impl Checker<'_> {
     }
 
     fn area(&mut self, it: &AreaEntry) -> Area {
-        let corners = self.area_corners(it);
-        let has_corners = corners.is_some();
+        let (corners, holes) = (self.area_corners(it), self.area_holes(it));
+        let has_rings = corners.is_some() && holes.is_some();
         let is_below = matches!(it.kind, Kind::NoLanding);
         if let Some(height) = it.floor_m.as_ref().or(it.ceiling_m.as_ref()).filter(|_| is_below) {
             self.say(
@@ -487,6 +539,7 @@ impl Checker<'_> {
                 Kind::KeepOut | Kind::NoLanding => AreaKind::KeepOut,
             },
             corners: corners.unwrap_or_default(),
+            holes: holes.unwrap_or_default(),
             floor_m: it.floor_m.as_ref().map(|it| self.within("floor_m", it, -HIGHEST_M, HIGHEST_M)),
             ceiling_m: match is_below {
                 true => Some(NO_LANDING_TO_M),
@@ -496,22 +549,8 @@ impl Checker<'_> {
             until_utc_ms: it.until_utc.as_ref().and_then(|it| self.moment(it)),
             hours: it.hours_utc.as_ref().and_then(|it| self.hours(it)),
         };
-        let corners = Some(it.corners_span());
-        if !has_corners {
-            // Reported already.
-        } else if !area
-            .corners
-            .iter()
-            .all(|it| it.is_sound() && it.horizontal_distance_m(Ned::default()) <= 2.0 * FARTHEST_M)
-        {
-            self.say(
-                corners,
-                format!("area `{}` has a corner out of range", area.name),
-                "corners are metres [north, east], or degrees [latitude, longitude], at most 200 km from the origin",
-            );
-        } else if !area.is_simple() {
-            let message = format!("area `{}` crosses itself or has fewer than three corners", area.name);
-            self.say(corners, message, "list at least three corners in order round the area");
+        if has_rings {
+            self.rings(&area, &format!("area `{}`", area.name), &it.ring_spans());
         }
         if let (Some(floor), Some(ceiling)) = (area.floor_m, area.ceiling_m)
             && ceiling <= floor

@@ -1,4 +1,4 @@
-//! The outline of an area over the ground, prepared once, so that many straight ways can be held against it.
+//! The border of an area over the ground, that of its holes included, prepared once, so that many straight ways can be held against it.
 //!
 //! It knows neither heights nor times. What it answers is the same as for an area that is looked at once: the rule has one
 //! implementation, here.
@@ -6,7 +6,7 @@
 use geo::line_intersection::{LineIntersection, line_intersection};
 use geo::{BoundingRect, Contains, Coord, Distance, Euclidean, Line, Point, Polygon, Rect};
 
-use crate::area::Area;
+use crate::area::{Area, rings};
 use crate::geometry::Ned;
 use crate::way::Exempt;
 
@@ -45,7 +45,7 @@ impl Outline {
     }
 
     /// Whether all of it is on one side of the straight line through `from` and `to`, which leads on beyond both, and at least
-    /// `distance_m` away from it. Then the way between them keeps that distance; otherwise it may still.
+    /// `distance_m` away from it. Then the way between them keeps that distance; otherwise it may still, in a hole too.
     pub fn is_aside(&self, distance_m: f64, from: Ned, to: Ned) -> bool {
         let line = Sides::of(from, to);
         let (lowest, highest) =
@@ -57,7 +57,13 @@ impl Outline {
         0.0 < line.length_m && (least < lowest || highest < -least)
     }
 
-    /// Whether `point` is inside, whatever the heights. The border is not.
+    /// Distance over ground from `point` to the border, that of the nearest hole included, from inside or outside.
+    pub fn distance_to_border_m(&self, point: Ned) -> f64 {
+        let point = Point::new(point.east_m, point.north_m);
+        rings(&self.polygon).map(|it| Euclidean.distance(&point, it)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether `point` is inside, whatever the heights. The border is not, nor is a hole.
     pub fn covers(&self, point: Ned) -> bool {
         !self.is_beyond(0.0, point, point) && self.polygon.contains(&Point::new(point.east_m, point.north_m))
     }
@@ -111,12 +117,12 @@ impl Outline {
         self.edges_within(margin_m, start, end).all(is_far) && !self.covers(start)
     }
 
-    /// The sides of the polygon, without those of which it is plain that they are farther than `distance_m` from the line through
+    /// The sides of all rings, without those of which it is plain that they are farther than `distance_m` from the line through
     /// `from` and `to`.
     fn edges_within(&self, distance_m: f64, from: Ned, to: Ned) -> impl Iterator<Item = Line> {
         let line = Sides::of(from, to);
         let least = (distance_m + ROUNDING_M) * line.length_m;
-        self.polygon.exterior().0.windows(2).filter_map(move |ends| {
+        rings(&self.polygon).flat_map(|it| it.0.windows(2)).filter_map(move |ends| {
             let (a, b) = (line.side(&ends[0]), line.side(&ends[1]));
             let is_far = 0.0 < line.length_m && ((least < a && least < b) || (a < -least && b < -least));
             (!is_far).then(|| Line::new(ends[0], ends[1]))
@@ -156,22 +162,41 @@ mod tests {
     use crate::area::AreaKind;
 
     fn area(corners: &[(f64, f64)]) -> Area {
-        Area {
-            name: "a".into(),
-            kind: AreaKind::KeepOut,
-            corners: corners.iter().map(|&(north, east)| Ned::new(north, east, 0.0)).collect(),
-            floor_m: None,
-            ceiling_m: None,
-            from_utc_ms: None,
-            until_utc_ms: None,
-            hours: None,
-        }
+        Area::new("a", AreaKind::KeepOut, ring(corners))
+    }
+
+    fn ring(corners: &[(f64, f64)]) -> Vec<Ned> {
+        corners.iter().map(|&(north, east)| Ned::new(north, east, 0.0)).collect()
     }
 
     /// On a coarse grid too, so that ways lead along sides and through corners.
     fn any_spot() -> impl Strategy<Value = (f64, f64)> {
         let coarse = (-4..5i32, -4..5i32).prop_map(|(north, east)| (f64::from(north) * 50.0, f64::from(east) * 50.0));
         prop_oneof![coarse, (-200.0..200.0, -200.0..200.0)]
+    }
+
+    /// Around a middle, so that it seldom crosses itself.
+    fn any_hole() -> impl Strategy<Value = Option<Vec<(f64, f64)>>> {
+        let middle = (-80.0..80.0, -80.0..80.0);
+        proptest::option::of((middle, proptest::collection::vec(20.0..150.0, 3..9)).prop_map(
+            |((north, east), reach)| {
+                let angle = |number: usize| std::f64::consts::TAU * number as f64 / reach.len() as f64;
+                let corner = |(number, reach_m): (usize, &f64)| {
+                    (north + reach_m * angle(number).sin(), east + reach_m * angle(number).cos())
+                };
+                reach.iter().enumerate().map(corner).collect()
+            },
+        ))
+    }
+
+    /// Whether a place is inside of an odd number of rings: it looks at nothing but corners.
+    fn is_inside(area: &Area, at: Ned) -> bool {
+        let crosses = |(a, b): (&Ned, &Ned)| {
+            let east_m = a.east_m + (b.east_m - a.east_m) * (at.north_m - a.north_m) / (b.north_m - a.north_m);
+            (a.north_m <= at.north_m) != (b.north_m <= at.north_m) && at.east_m < east_m
+        };
+        let sides = area.rings().flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)));
+        sides.filter(|it| crosses(*it)).count() % 2 == 1
     }
 
     /// 326.6 m along the way, its end would be rounded to beyond 150 m.
@@ -188,17 +213,23 @@ mod tests {
         #[test]
         fn what_is_left_out_changes_no_answer(
             corners in proptest::collection::vec(any_spot(), 3..9),
+            hole in any_hole(),
             from in any_spot(),
             to in any_spot(),
             margin_m in prop_oneof![Just(10.0), Just(50.0), 1.0..80.0],
         ) {
-            let area = area(&corners);
+            let mut area = area(&corners);
+            if let Some(hole) = hole {
+                // A wide square round it: few random polygons have room for a hole.
+                area.corners = ring(&[(-250.0, -250.0), (250.0, -250.0), (250.0, 250.0), (-250.0, 250.0)]);
+                prop_assume!(area.add_hole(ring(&hole)).is_ok());
+            }
             let (outline, polygon) = (Outline::new(&area), area.polygon());
             let (from, to) = (Ned::new(from.0, from.1, 0.0), Ned::new(to.0, to.1, 0.0));
             let way = Line::new(coord(from), coord(to));
             // Every side counts.
             let meets = |edge: &Line| line_intersection(way, *edge).is_some();
-            let is_met = polygon.exterior().lines().any(|it| meets(&it));
+            let is_met = rings(&polygon).any(|ring| ring.lines().any(|it| meets(&it)));
             let crossings = outline.crossings(from, to);
             prop_assert!(crossings.windows(2).all(|it| it[0] < it[1]) && crossings[0] == 0.0);
             prop_assert!(is_met || crossings == [0.0, 1.0], "{crossings:?}");
@@ -216,6 +247,10 @@ mod tests {
                 });
                 let sure: Vec<bool> = inside.iter().filter(|it| 1e-6 < it.1).map(|it| it.0).collect();
                 prop_assert!(sure.windows(2).all(|it| it[0] == it[1]), "{inside:?}");
+            }
+            for at in [from, to].into_iter().filter(|at| area.is_simple() && 1e-6 < area.distance_to_border_m(*at)) {
+                prop_assert_eq!(area.covers(at), is_inside(&area, at));
+                prop_assert!(!area.covers(at) || !outline.is_beyond(0.0, at, at));
             }
         }
     }

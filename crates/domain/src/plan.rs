@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use crate::airspace::Grants;
 use crate::area::Area;
+use crate::feed::Feed;
 use crate::fmu::FlightMode;
 use crate::geodesy::Origin;
 use crate::mission::ObjectiveStatus;
@@ -213,4 +214,6 @@ pub struct PlannerStatus {
     pub sites: Vec<Site>,
     /// Where the mission's places count from, if it says so: the vehicle's local frame must have its origin there.
     pub origin: Option<Origin>,
+    /// The data sets that areas came from.
+    pub feeds: Vec<Feed>,
 }

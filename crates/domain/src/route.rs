@@ -53,16 +53,8 @@ mod tests {
     use crate::area::AreaKind;
 
     fn area(name: &str, kind: AreaKind, corners: &[(f64, f64)]) -> Area {
-        Area {
-            name: name.into(),
-            kind,
-            corners: corners.iter().map(|&(north, east)| Ned::new(north, east, 0.0)).collect(),
-            floor_m: None,
-            ceiling_m: Some(100.0),
-            from_utc_ms: None,
-            until_utc_ms: Some(1_000),
-            hours: None,
-        }
+        let corners = corners.iter().map(|&(north, east)| Ned::new(north, east, 0.0)).collect();
+        Area { ceiling_m: Some(100.0), until_utc_ms: Some(1_000), ..Area::new(name, kind, corners) }
     }
 
     fn square() -> Area {

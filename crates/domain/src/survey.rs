@@ -139,16 +139,7 @@ impl Survey {
 }
 
 fn area_of(corners: &[Ned]) -> Area {
-    Area {
-        name: String::new(),
-        kind: AreaKind::Permission,
-        corners: corners.to_vec(),
-        floor_m: None,
-        ceiling_m: None,
-        from_utc_ms: None,
-        until_utc_ms: None,
-        hours: None,
-    }
+    Area::new("", AreaKind::Permission, corners.to_vec())
 }
 
 /// The direction, in radians clockwise from north, across which the polygon is narrowest; a side of its convex hull has it (Houle

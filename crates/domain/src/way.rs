@@ -8,10 +8,10 @@ use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-use geo::{Closest, ClosestPoint, Point};
+use geo::{Closest, ClosestPoint, LineString, Point};
 
 use crate::airspace::{Airspace, Grants, Motion, latest, stays};
-use crate::area::{Area, AreaKind};
+use crate::area::{Area, AreaKind, rings};
 use crate::geometry::Ned;
 use crate::outline::Outline;
 use crate::speeds::Speeds;
@@ -145,10 +145,11 @@ fn over_and_under(from: Ned, areas: &[&Area], airspace: &Airspace, limits: &Flig
     heights.map(|height_m| vec![from.at_height(height_m)]).collect()
 }
 
-/// Unit vectors `(north, east)`: perpendicular to each of the nearest sides, then all round.
+/// Unit vectors `(north, east)`: perpendicular to each of the nearest sides, those of holes included, then all round.
 fn directions(from: Ned, areas: &[&Area]) -> Vec<(f64, f64)> {
     let here = Point::new(from.east_m, from.north_m);
-    let sides = areas.iter().flat_map(|it| it.polygon().exterior().lines().collect::<Vec<_>>());
+    let polygons: Vec<_> = areas.iter().map(|it| it.polygon()).collect();
+    let sides = polygons.iter().flat_map(rings).flat_map(LineString::lines);
     let square = sides.filter_map(|side| match side.closest_point(&here) {
         Closest::SinglePoint(it) | Closest::Intersection(it) => {
             let (north_m, east_m) = (it.y() - from.north_m, it.x() - from.east_m);
@@ -342,8 +343,8 @@ pub fn keeps_clear(area: &Area, from: Ned, to: Ned, margin_m: f64, exempt: Exemp
 /// Points `margin_m` away from the borders that `point` is nearer to: from there a way keeps its margin.
 pub fn footholds(point: Ned, areas: &[&Area], margin_m: f64) -> Vec<Ned> {
     let here = Point::new(point.east_m, point.north_m);
-    let away = |area: &&Area| {
-        let border = match area.polygon().exterior().closest_point(&here) {
+    let away = |ring: &LineString| {
+        let border = match ring.closest_point(&here) {
             Closest::SinglePoint(it) | Closest::Intersection(it) => it,
             Closest::Indeterminate => return None,
         };
@@ -355,7 +356,8 @@ pub fn footholds(point: Ned, areas: &[&Area], margin_m: f64) -> Vec<Ned> {
         let scale = margin_m / distance_m;
         Some(Ned::new(border.y() + north_m * scale, border.x() + east_m * scale, point.down_m))
     };
-    areas.iter().filter_map(away).collect()
+    let polygons: Vec<_> = areas.iter().map(|it| it.polygon()).collect();
+    polygons.iter().flat_map(rings).filter_map(away).collect()
 }
 
 #[cfg(test)]
@@ -399,6 +401,59 @@ mod tests {
         let high = || Area { floor_m: Some(12.0), ..endless() };
         check(high(), at(0.0, 200.0, 13.0), Some(&[(0.0, 200.0, 9.0)]));
         check(high(), at(0.0, 105.0, 60.0), Some(&[(0.0, 80.0, 60.0)]));
+    }
+
+    #[test]
+    fn the_way_out_leads_into_a_hole_if_that_is_nearer() {
+        // The hole is the inside of a fence; the area round it ends far away.
+        let ring = |side: f64| [(-side, -side), (side, -side), (side, side), (-side, side)];
+        let hole = ring(400.0).map(|(north, east)| Ned::new(north, east, 0.0)).to_vec();
+        let fence = Area { holes: vec![hole], ceiling_m: None, ..area("F", AreaKind::KeepOut, &ring(140e3)) };
+        let check = |from: Ned, expected: &[(f64, f64, f64)]| {
+            let (areas, grants) = ([fence.clone()], Grants::new());
+            let way = way_out(from, &airspace(&areas, &grants), &LIMITS);
+            assert_eq!(rounded(way).as_deref(), Some(expected), "{from:?}");
+        };
+        check(at(0.0, 100.0, 10.0), &[]);
+        check(at(30.0, 720.0, 10.0), &[(30.0, 380.0, 10.0)]);
+        check(at(-401.0, 0.0, 10.0), &[(-380.0, 0.0, 10.0)]);
+        check(at(0.0, 139_500.0, 10.0), &[(0.0, 140_020.0, 10.0)]);
+        // Through the corner of the fence is nearest.
+        let [corner] =
+            way_out(at(500.0, 500.0, 10.0), &airspace(std::slice::from_ref(&fence), &Grants::new()), &LIMITS).unwrap()
+                [..]
+        else {
+            panic!("one leg")
+        };
+        assert!(corner.north_m.abs() < 400.0 && corner.east_m.abs() < 400.0, "{corner}");
+    }
+
+    #[test]
+    fn in_a_hole_a_way_turns_at_its_corners_and_leaves_it_over_the_area_only() {
+        // A hole like a U, 400 m by 400 m, with a wall of 100 m between its arms.
+        let hole = [
+            (-200.0, -200.0),
+            (200.0, -200.0),
+            (200.0, -50.0),
+            (-100.0, -50.0),
+            (-100.0, 50.0),
+            (200.0, 50.0),
+            (200.0, 200.0),
+            (-200.0, 200.0),
+        ];
+        let hole = hole.map(|(north, east)| Ned::new(north, east, 0.0)).to_vec();
+        let outline = [(-900.0, -900.0), (900.0, -900.0), (900.0, 900.0), (-900.0, 900.0)];
+        let round = |ceiling_m| Area { holes: vec![hole.clone()], ceiling_m, ..area("R", AreaKind::KeepOut, &outline) };
+        let check = |ceiling_m, to: Ned, expected: Option<&[(f64, f64, f64)]>| {
+            let (areas, grants) = ([round(ceiling_m)], Grants::new());
+            let way = way_to(at(150.0, -100.0, 15.0), to, 15.0, &airspace(&areas, &grants), &LIMITS);
+            assert_eq!(rounded(way).as_deref(), expected, "{to:?}");
+        };
+        let across = at(150.0, 100.0, 0.0);
+        check(None, across, Some(&[(-110.0, -60.0, 15.0), (-110.0, 60.0, 15.0), (150.0, 100.0, 15.0)]));
+        check(None, at(0.0, 1_500.0, 0.0), None);
+        let over = [(150.0, -100.0, 23.0), (0.0, 1_500.0, 23.0)];
+        check(Some(20.0), at(0.0, 1_500.0, 0.0), Some(&over));
     }
 
     #[test]

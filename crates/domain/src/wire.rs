@@ -17,12 +17,15 @@ use crate::survey::InvalidSurvey;
 mod alarm;
 mod alternate;
 pub mod decision;
+mod feed;
 mod fmu;
 mod mission;
 mod origin;
 pub mod permission;
 mod plan;
 mod skill;
+
+pub(crate) use feed::{feeds_from_wire, feeds_to_wire};
 
 /// A message that decodes and whose content makes no sense.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -136,6 +139,11 @@ impl From<&Area> for v1::Area {
                 AreaKind::KeepOut => v1::AreaKind::KeepOut,
             } as i32,
             corners: it.corners.iter().map(|&it| it.into()).collect(),
+            holes: it
+                .holes
+                .iter()
+                .map(|hole| v1::Ring { corners: hole.iter().map(|&it| it.into()).collect() })
+                .collect(),
             floor_m: it.floor_m,
             ceiling_m: it.ceiling_m,
             from_utc_ms: it.from_utc_ms,
@@ -153,10 +161,12 @@ impl TryFrom<v1::Area> for Area {
             v1::AreaKind::KeepOut => AreaKind::KeepOut,
             v1::AreaKind::Unspecified => return Err(InvalidMessage::Missing("kind")),
         };
+        let ring = |corners: Vec<v1::Ned>| corners.into_iter().map(Ned::try_from).collect::<Result<Vec<Ned>, _>>();
         Ok(Area {
             name: it.name,
             kind,
-            corners: it.corners.into_iter().map(Ned::try_from).collect::<Result<_, _>>()?,
+            corners: ring(it.corners)?,
+            holes: it.holes.into_iter().map(|it| ring(it.corners)).collect::<Result<_, _>>()?,
             floor_m: it.floor_m.map(|it| finite("floor_m", it)).transpose()?,
             ceiling_m: it.ceiling_m.map(|it| finite("ceiling_m", it)).transpose()?,
             from_utc_ms: it.from_utc_ms,
@@ -275,11 +285,14 @@ pub(crate) mod generators {
         let moment = || prop::option::of(any::<i64>());
         let span = (0..10_000_i64, 1..3_000_i64);
         let hours = prop::option::of(prop::collection::vec(span, 1..5));
-        (name(), kind, prop::collection::vec(ned(), 0..5), height(), height(), moment(), moment(), hours).prop_map(
-            |(name, kind, corners, floor_m, ceiling_m, from_utc_ms, until_utc_ms, hours)| Area {
+        let ring = || prop::collection::vec(ned(), 0..5);
+        let rings = (ring(), prop::collection::vec(ring(), 0..3));
+        (name(), kind, rings, height(), height(), moment(), moment(), hours).prop_map(
+            |(name, kind, (corners, holes), floor_m, ceiling_m, from_utc_ms, until_utc_ms, hours)| Area {
                 name,
                 kind,
                 corners,
+                holes,
                 floor_m,
                 ceiling_m,
                 from_utc_ms,

@@ -22,7 +22,8 @@ pub(crate) struct Geographic<'a> {
     pub(crate) frame: LocalFrame,
     pub(crate) order: Order,
     pub(crate) route: &'a [Leg],
-    pub(crate) areas: Vec<(&'a Area, Vec<LatLon>)>,
+    /// Each with its rings, the outline first.
+    pub(crate) areas: Vec<(&'a Area, Vec<Vec<LatLon>>)>,
     pub(crate) sites: Vec<(&'a Site, LatLon)>,
 }
 
@@ -67,14 +68,17 @@ pub fn export(
         frame,
         order: mission.order,
         route,
-        areas: mission.areas.iter().map(|it| (it, on_earth(&it.corners, frame))).collect(),
+        areas: mission.areas.iter().map(|it| (it, it.rings().map(|ring| on_earth(ring, frame)).collect())).collect(),
         sites: mission.sites.iter().map(|it| (it, frame.lat_lon(it.position))).collect(),
     };
     let mut findings = Findings::about(&source.path);
     let text = match target {
         Target::GeoJson => crate::geojson::write(&geographic),
-        Target::Plan => crate::qgc::write(&geographic, &mut findings),
+        Target::Plan => crate::plan::write(&geographic, &mut findings),
     };
+    for feed in &mission.feeds {
+        findings.note(&feed.name, "the edition of a data set is not written: its areas become the mission's own");
+    }
     (text, findings.into_notes())
 }
 

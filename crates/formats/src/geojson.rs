@@ -4,11 +4,15 @@
 use serde_json::{Map, Value, json};
 
 use crate::applicability;
-use crate::content::{Content, Height, Outline, Reference, Rule, Site, Survey, Waypoint, Window, Zone};
+use crate::content::{
+    Content, Height, Outline, Period, Place, Reference, Rule, Site, Survey, Unused, Waypoint, Window, Zone,
+};
 use crate::findings::{Findings, Wrong};
 use crate::json::Node;
 use crate::shape::{self, Order};
 use crate::terms;
+use crate::zone_text::in_words;
+use crate::zones::Doubts;
 use domain::geodesy::{LatLon, Origin};
 use domain::hours::{InvalidHours, WeeklyHours, text};
 use domain::mission::terms::Order as Sequence;
@@ -16,7 +20,11 @@ use domain::site::SiteKind;
 
 /// The property that says what a feature is.
 const KIND: &str = "kind";
-const PROPERTIES: [&str; 13] = [
+const PROPERTIES: [&str; 17] = [
+    "radius_m",
+    "radius",
+    "buffer_m",
+    "buffer",
     KIND,
     "name",
     "order",
@@ -32,24 +40,13 @@ const PROPERTIES: [&str; 13] = [
     "heading_deg",
 ];
 
-/// Reads a document.
-pub(crate) fn read(document: &Node<'_>, findings: &mut Findings) -> Content {
-    document.note_unused(&["name", "bbox"], "not needed: not read", findings);
-    document.note_unknown(&["type", "features", "name", "bbox", "geometry", "properties", "id"], findings);
-    let features = match document.value.get("type").and_then(Value::as_str) {
-        Some("Feature") => vec![document.clone()],
-        _ => findings.unless_wrong(document.list("features")).unwrap_or_default(),
-    };
-    let mut content = Content::default();
-    for (index, node) in features.iter().enumerate() {
-        let outcome = feature(node, index, &mut content, findings);
-        findings.unless_wrong(outcome);
-    }
-    content
-}
-
-fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut Findings) -> Result<(), Wrong> {
+/// Reads a feature.
+pub(crate) fn read(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut Findings) -> Result<(), Wrong> {
+    node.object()?;
     let Some(geometry) = node.get("geometry") else {
+        if let Some(kind) = node.get("properties").and_then(|it| it.get(KIND)) {
+            return Err(Wrong::at(&node.place, format!("{} without geometry", in_words(kind.value)), "give it one"));
+        }
         findings.note(&node.place, "a feature without geometry: left out");
         return Ok(());
     };
@@ -76,8 +73,13 @@ fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut 
         ])
     });
     let shape = geometry.need("type")?.text()?.to_owned();
+    let mut doubts = Doubts::default();
+    let kind = match kind.transpose() {
+        Err(wrong) if is_area(node) => doubts.or(Err(wrong), None),
+        read => read?,
+    };
     let coordinates = || geometry.need("coordinates");
-    match (kind.transpose()?, shape.as_str()) {
+    match (kind, shape.as_str()) {
         (Some(Kind::Origin), "Point") => {
             let altitude_m = properties.get("altitude_m").map(|it| it.number()).transpose()?;
             let place = shape::lat_lon(&coordinates()?, Order::LongitudeFirst)?;
@@ -88,7 +90,7 @@ fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut 
         }
         (Some(Kind::Objective), "Point") => {
             let height = Height { metres: properties.need("height_m")?.number()?, above: Reference::TakeOff };
-            let at = Some(shape::lat_lon(&coordinates()?, Order::LongitudeFirst)?);
+            let at = Place::At(shape::lat_lon(&coordinates()?, Order::LongitudeFirst)?);
             let flying = properties.need("flying")?.boolean()?;
             let (terms, source) = (terms::read(&properties)?, node.place.clone());
             content.waypoints.push(Waypoint { name, at, height, flying, terms, survey: None, source });
@@ -101,12 +103,18 @@ fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut 
         }
         (Some(Kind::Survey), "Polygon") => {
             let height = Height { metres: properties.need("height_m")?.number()?, above: Reference::TakeOff };
-            let Outline::Polygon(corners) = shape::polygon(&coordinates()?, findings)? else { return Ok(()) };
+            let coordinates = coordinates()?;
+            let Outline::Polygon { border: corners, holes } = shape::polygon(&coordinates, findings)? else {
+                return Ok(());
+            };
+            if !holes.is_empty() {
+                findings.note(&coordinates.place, "a survey has no holes: its lines lead over them too");
+            }
             let spacing_m = properties.need("spacing_m")?.number()?;
             let heading_deg = properties.get("heading_deg").map(|it| it.number()).transpose()?;
             let survey = Some(Survey { corners, spacing_m, heading_deg });
             let (terms, source) = (terms::read(&properties)?, node.place.clone());
-            content.waypoints.push(Waypoint { name, at: None, height, flying: true, terms, survey, source });
+            content.waypoints.push(Waypoint { name, at: Place::Here, height, flying: true, terms, survey, source });
         }
         (kind @ (None | Some(Kind::Zone(_))), "Polygon" | "MultiPolygon") => {
             let rule = if let Some(Kind::Zone(rule)) = kind {
@@ -116,14 +124,36 @@ fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut 
                 Rule::KeepOut
             };
             let polygons = if shape == "Polygon" { vec![coordinates()?] } else { coordinates()?.items()? };
+            if polygons.is_empty() {
+                return Err(coordinates()?.wrong("at least one polygon"));
+            }
             for polygon in polygons {
                 let outline = shape::polygon(&polygon, findings)?;
-                content.zones.push(zone(name.clone(), rule, outline, &properties, polygon.place.clone())?);
+                let mut zone = zone(name.clone(), rule, outline, &properties, polygon.place.clone());
+                zone.doubts.extend_from_slice(&doubts.0);
+                content.zones.push(zone);
             }
         }
+        (kind @ (None | Some(Kind::Zone(_))), "Point") if radius(&properties).is_some() => {
+            let rule = if let Some(Kind::Zone(rule)) = kind { rule } else { Rule::KeepOut };
+            let centre = shape::lat_lon(&coordinates()?, Order::LongitudeFirst)?;
+            let radius = radius(&properties).unwrap_or_else(|| properties.clone());
+            let outline = shape::circle(centre, radius.number()?, &radius.place)?;
+            content.zones.push(zone(name, rule, outline, &properties, node.place.clone()));
+        }
+        (None, "GeometryCollection") => {
+            for part in geometry.need("geometries")?.items()? {
+                let feature = json!({ "type": "Feature", "properties": properties.value, "geometry": part.value });
+                read(&Node { value: &feature, place: part.place.clone() }, index, content, findings)?;
+            }
+        }
+        (None, _) if radius(&properties).is_some() => {
+            let message = format!("{} with a radius", crate::json::short(&shape));
+            return Err(Wrong::at(&geometry.place, message, "give it as a polygon"));
+        }
         (None, _) => {
-            let text = format!("{} without `kind` has no counterpart: left out", crate::json::short(&shape));
-            findings.note(&geometry.place, text);
+            let what = crate::json::short(&shape);
+            content.unused.push(Unused { what, source: geometry.place.clone() });
         }
         (Some(_), _) => {
             let message = format!("the geometry is {}, which does not fit its `kind`", crate::json::short(&shape));
@@ -137,6 +167,18 @@ fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut 
     Ok(())
 }
 
+/// Whether it is meant as an area, as far as can be told.
+pub(crate) fn is_area(feature: &Node<'_>) -> bool {
+    let shape = feature.get("geometry").and_then(|it| it.get("type"));
+    let is_polygon =
+        shape.is_some_and(|it| ["Polygon", "MultiPolygon"].contains(&it.value.as_str().unwrap_or_default()));
+    let kind = feature.get("properties").and_then(|it| it.get(KIND));
+    is_polygon
+        && kind.is_none_or(|it| {
+            !["survey", "objective", "origin", "landing", "ditch"].contains(&it.value.as_str().unwrap_or_default())
+        })
+}
+
 #[derive(Clone, Copy)]
 enum Kind {
     Origin,
@@ -146,17 +188,27 @@ enum Kind {
     Zone(Rule),
 }
 
-fn zone(name: String, rule: Rule, outline: Outline, properties: &Node<'_>, source: String) -> Result<Zone, Wrong> {
+/// The radius of a circle round a point, in metres.
+fn radius<'a>(properties: &Node<'a>) -> Option<Node<'a>> {
+    properties.any_of(&["radius_m", "radius", "buffer_m", "buffer"])
+}
+
+/// What is not understood becomes a doubt.
+fn zone(name: String, rule: Rule, outline: Outline, properties: &Node<'_>, source: String) -> Zone {
     let height = |key| -> Result<Option<Height>, Wrong> {
         let metres = properties.get(key).map(|it| it.number()).transpose()?;
         Ok(metres.map(|metres| Height { metres, above: Reference::TakeOff }))
     };
     let moment = |key| properties.get(key).map(|it| applicability::moment(&it)).transpose();
-    let window = Window { from_utc_ms: moment("from_utc")?, until_utc_ms: moment("until_utc")? };
-    let window = applicability::checked(window, &properties.place)?;
-    let (lower, upper) = (height("floor_m")?, height("ceiling_m")?);
-    let hours = hours(properties)?;
-    Ok(Zone { name, rule, outline, lower, upper, window, hours, remarks: Vec::new(), source })
+    let period = || -> Result<Period, Wrong> {
+        let window = Window { from_utc_ms: moment("from_utc")?, until_utc_ms: moment("until_utc")? };
+        Ok(Period { window: applicability::checked(window, &properties.place)?, hours: hours(properties)? })
+    };
+    let mut doubts = Doubts::default();
+    let periods = vec![doubts.or(period(), Period::default())];
+    let lower = doubts.or(height("floor_m"), None);
+    let upper = doubts.or(height("ceiling_m"), None);
+    Zone { lower, upper, periods, doubts: doubts.0, ..Zone::always(name, rule, outline, source) }
 }
 
 /// As a mission file has them; an empty list says nothing.
@@ -196,13 +248,13 @@ pub(crate) fn write(mission: &crate::export::Geographic<'_>) -> String {
         properties.insert("spacing_m".into(), json!(survey.spacing_m()));
         properties.insert("heading_deg".into(), json!(survey.heading_deg()));
         let corners = crate::export::on_earth(survey.corners(), mission.frame);
-        feature_of(json!({ "type": "Polygon", "coordinates": [ring(&corners)] }), Value::Object(properties))
+        feature_of(json!({ "type": "Polygon", "coordinates": [ring(&corners, false)] }), Value::Object(properties))
     }));
     features.extend(mission.sites.iter().map(|(site, at)| {
         let height_m = site.position.height_m() + 0.0;
         feature_of(point(*at), json!({ KIND: site.kind.word(), "name": site.name, "height_m": height_m }))
     }));
-    features.extend(mission.areas.iter().map(|(area, corners)| {
+    features.extend(mission.areas.iter().map(|(area, rings)| {
         let properties = json!({
             KIND: crate::export::kind(area.kind),
             "name": area.name,
@@ -212,7 +264,8 @@ pub(crate) fn write(mission: &crate::export::Geographic<'_>) -> String {
             "until_utc": area.until_utc_ms.map(crate::export::utc),
             "hours_utc": area.hours.as_ref().map(WeeklyHours::to_texts),
         });
-        feature_of(json!({ "type": "Polygon", "coordinates": [ring(corners)] }), properties)
+        let rings: Vec<Value> = rings.iter().enumerate().map(|(number, it)| ring(it, 0 < number)).collect();
+        feature_of(json!({ "type": "Polygon", "coordinates": rings }), properties)
     }));
     features.extend(mission.route.iter().map(|leg| {
         let ends = [leg.way.0, leg.way.1];
@@ -243,10 +296,10 @@ fn feature_of(geometry: Value, properties: Value) -> Value {
     json!({ "type": "Feature", "properties": properties, "geometry": geometry })
 }
 
-/// Closed, and counterclockwise, as the RFC asks (section 3.1.6).
-fn ring(corners: &[LatLon]) -> Value {
+/// Closed; counterclockwise, and a hole clockwise, as the RFC asks (section 3.1.6).
+fn ring(corners: &[LatLon], is_hole: bool) -> Value {
     let mut ring = corners.to_vec();
-    if shape::is_clockwise(&ring) {
+    if shape::is_clockwise(&ring) != is_hole {
         ring.reverse();
     }
     ring.extend(ring.first().copied());

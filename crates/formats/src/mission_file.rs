@@ -1,6 +1,7 @@
 //! A mission file, as `kittiwake check` reads it, with remarks as comments.
 
 use domain::control_character::is_control;
+use domain::feed::Feed;
 use domain::geodesy::{LatLon, Origin};
 use domain::mission::bounds::LONGEST_NAME;
 use domain::mission::terms::{Order, Terms};
@@ -18,6 +19,7 @@ pub(crate) struct MissionFile {
     pub(crate) objectives: Vec<ObjectiveEntry>,
     pub(crate) areas: Vec<AreaEntry>,
     pub(crate) sites: Vec<SiteEntry>,
+    pub(crate) feeds: Vec<FeedEntry>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -52,6 +54,8 @@ pub(crate) struct TermsEntry {
     dwell_s: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     drop: Option<bool>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    actions: Vec<String>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -72,6 +76,7 @@ impl From<&Terms> for TermsEntry {
             reach_by_utc: terms.by_utc_ms.map(utc),
             dwell_s: Some(terms.dwell.as_secs_f64()).filter(|it| 0.0 < *it),
             drop: terms.drop.then_some(true),
+            actions: terms.actions.clone(),
         }
     }
 }
@@ -92,6 +97,8 @@ pub(crate) struct AreaEntry {
     pub(crate) name: String,
     pub(crate) kind: &'static str,
     pub(crate) corners_deg: Vec<[f64; 2]>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) holes_deg: Vec<Vec<[f64; 2]>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) floor_m: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -102,6 +109,37 @@ pub(crate) struct AreaEntry {
     pub(crate) until_utc: Option<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) hours_utc: Vec<String>,
+    /// The name of the feed that it came from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) feed: Option<String>,
+}
+
+/// A data set that areas came from.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct FeedEntry {
+    pub(crate) name: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    provider: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    issued_utc: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    valid_from_utc: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    valid_until_utc: Option<String>,
+}
+
+impl FeedEntry {
+    /// The feed under a name that is unique in the mission. A moment before 1970 cannot be written.
+    pub(crate) fn new(feed: Feed, name: String) -> FeedEntry {
+        let moment = |it: Option<i64>| it.filter(|it| 0 <= *it).map(utc);
+        FeedEntry {
+            name,
+            provider: feed.provider,
+            issued_utc: moment(feed.issued_utc_ms),
+            valid_from_utc: moment(feed.valid_from_utc_ms),
+            valid_until_utc: moment(feed.valid_until_utc_ms),
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -131,6 +169,11 @@ struct Site<'a> {
 }
 
 #[derive(Serialize)]
+struct FeedTable<'a> {
+    feed: [&'a FeedEntry; 1],
+}
+
+#[derive(Serialize)]
 struct Area<'a> {
     area: [&'a AreaEntry; 1],
 }
@@ -149,6 +192,16 @@ impl MissionFile {
         for site in &self.sites {
             text.push('\n');
             text.push_str(&toml(&Site { site: [site] }));
+        }
+        text + &self.airspace_text()
+    }
+
+    /// The text of the feeds and the areas alone.
+    pub(crate) fn airspace_text(&self) -> String {
+        let mut text = String::new();
+        for feed in &self.feeds {
+            text.push('\n');
+            text.push_str(&toml(&FeedTable { feed: [feed] }));
         }
         for area in &self.areas {
             text.push('\n');

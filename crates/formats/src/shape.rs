@@ -21,16 +21,19 @@ pub(crate) fn lat_lon(node: &Node<'_>, order: Order) -> Result<LatLon, Wrong> {
     position(node.value, order).map_err(|message| Wrong::at(&node.place, message, order.help()))
 }
 
-fn position(value: &Value, order: Order) -> Result<LatLon, String> {
+/// The place in a list of numbers. A third one is a height, and some publishers add a fourth.
+pub(crate) fn position(value: &Value, order: Order) -> Result<LatLon, String> {
     let numbers = value.as_array().map(Vec::as_slice).unwrap_or_default();
     match (numbers, order) {
-        ([first, second] | [first, second, _], _) => match (first.as_f64(), second.as_f64(), order) {
-            (Some(longitude), Some(latitude), Order::LongitudeFirst)
-            | (Some(latitude), Some(longitude), Order::LatitudeFirst) => {
-                LatLon::new(latitude, longitude).map_err(|error| error.to_string())
+        ([first, second] | [first, second, _] | [first, second, _, _], _) => {
+            match (first.as_f64(), second.as_f64(), order) {
+                (Some(longitude), Some(latitude), Order::LongitudeFirst)
+                | (Some(latitude), Some(longitude), Order::LatitudeFirst) => {
+                    LatLon::new(latitude, longitude).map_err(|error| error.to_string())
+                }
+                _ => Err("expected a place, two numbers".into()),
             }
-            _ => Err("expected a place, two numbers".into()),
-        },
+        }
         _ => Err("expected a place, two numbers".into()),
     }
 }
@@ -44,22 +47,28 @@ impl Order {
     }
 }
 
-/// The polygon with these rings, the first of which is its border. Holes are filled: an area that also covers them is on the
-/// safe side.
+/// The polygon with these rings, the first of which is its border.
 pub(crate) fn polygon(rings: &Node<'_>, findings: &mut Findings) -> Result<Outline, Wrong> {
     let rings = rings.items()?;
     let Some((border, holes)) = rings.split_first() else {
         return Err(Wrong::at("", "a polygon without rings", ""));
     };
-    for hole in holes {
-        findings.note(&hole.place, "a hole has no counterpart: it is filled, the area covers it");
-    }
     let corners = places(border, Order::LongitudeFirst)?;
     let outline = ring(corners, &border.place, findings)?;
     if is_clockwise(&outline) {
         findings.note(&border.place, "the corners run clockwise, against RFC 7946: read all the same");
     }
-    Ok(Outline::Polygon(outline))
+    let mut kept = Vec::new();
+    for it in holes {
+        kept.extend(hole(places(it, Order::LongitudeFirst), &it.place, findings));
+    }
+    Ok(Outline::Polygon { border: outline, holes: kept })
+}
+
+/// The corners of a hole as those of a ring; `None` if it cannot be read or encloses nothing, which is said.
+pub(crate) fn hole(corners: Result<Vec<LatLon>, Wrong>, place: &str, findings: &mut Findings) -> Option<Vec<LatLon>> {
+    let ring = corners.and_then(|it| ring(it, place, findings));
+    ring.map_err(|wrong| findings.note(place, format!("a hole: filled, the area covers it ({})", wrong.message))).ok()
 }
 
 /// A list of places.

@@ -10,8 +10,8 @@ use crate::findings::Wrong;
 use crate::json::Node;
 
 /// Their names.
-pub(crate) const PROPERTIES: [&str; 7] =
-    ["optional", "worth", "after", "reach_within_s", "reach_by_utc", "dwell_s", "drop"];
+pub(crate) const PROPERTIES: [&str; 8] =
+    ["optional", "worth", "after", "reach_within_s", "reach_by_utc", "dwell_s", "drop", "actions"];
 
 /// As they stand in `properties`. Whether they make sense together is asked of the mission file that they become part of.
 pub(crate) fn read(properties: &Node<'_>) -> Result<Terms, Wrong> {
@@ -22,14 +22,17 @@ pub(crate) fn read(properties: &Node<'_>) -> Result<Terms, Wrong> {
         let message = "`optional` and `worth` stand together: what is worth least is left out first";
         return Err(Wrong::at(&properties.place, message, "give both, or none of them"));
     }
-    let after = properties.list("after")?;
+    let texts = |key: &str| -> Result<Vec<String>, Wrong> {
+        properties.list(key)?.iter().map(|it| it.text().map(str::to_owned)).collect()
+    };
     Ok(Terms {
         worth,
-        after: after.iter().map(|it| it.text().map(str::to_owned)).collect::<Result<_, _>>()?,
+        after: texts("after")?,
         within: time("reach_within_s")?,
         by_utc_ms: properties.get("reach_by_utc").map(|it| applicability::moment(&it)).transpose()?,
         dwell: time("dwell_s")?.unwrap_or_default(),
         drop: properties.get("drop").map(|it| it.boolean()).transpose()?.unwrap_or_default(),
+        actions: texts("actions")?,
     })
 }
 
@@ -63,5 +66,8 @@ pub(crate) fn write(terms: &Terms, properties: &mut Map<String, Value>) {
     }
     if terms.drop {
         add("drop", json!(true));
+    }
+    if !terms.actions.is_empty() {
+        add("actions", json!(terms.actions));
     }
 }

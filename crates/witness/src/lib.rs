@@ -17,6 +17,7 @@ use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
 use others::Others;
 
+mod inside;
 pub mod modes;
 mod others;
 pub mod setpoints;
@@ -397,7 +398,7 @@ impl Witness {
         let Now { time: at, utc_ms } = now;
         let lands = self.manager.skill() == v1::SkillKind::Land;
         for area in &self.areas {
-            if !area.contains(position) {
+            if !inside::is_inside(area, position) {
                 self.inside.remove(&area.name);
                 continue;
             }

@@ -6,15 +6,12 @@ use v1::PermissionState::{Denied, Expired, Granted, Requested, Revoked};
 #[test]
 fn an_area_of_the_file_applies_and_is_missed_whatever_the_planner_lists() {
     let corners = [(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)];
-    let area = |name: &str, scale: f64| Area {
-        name: name.into(),
-        kind: AreaKind::Permission,
-        corners: corners.map(|(north_m, east_m)| Ned { north_m: north_m * scale, east_m, down_m: 0.0 }).to_vec(),
-        floor_m: None,
-        ceiling_m: None,
-        from_utc_ms: None,
-        until_utc_ms: None,
-        hours: None,
+    let area = |name: &str, scale: f64| {
+        Area::new(
+            name,
+            AreaKind::Permission,
+            corners.map(|(north_m, east_m)| Ned { north_m: north_m * scale, east_m, down_m: 0.0 }).to_vec(),
+        )
     };
     /// What is said about a vehicle that is in area A, as the file has it, after the planner has listed these areas one
     /// after the other.
@@ -120,16 +117,11 @@ fn a_permission_that_is_withdrawn_counts_once_the_vehicle_can_know_it() {
     ) {
         let limits = Limits { heeds: Duration::from_secs(heeds_s), ..Limits::default() };
         let corner = |(north_m, east_m)| Ned::new(north_m, east_m, 0.0);
-        let area = Area {
-            name: "A".into(),
-            kind: AreaKind::Permission,
-            corners: [(-5.0, -5.0), (5.0, -5.0), (5.0, 5.0), (-5.0, 5.0)].map(corner).to_vec(),
-            floor_m: None,
-            ceiling_m: None,
-            from_utc_ms: None,
-            until_utc_ms: None,
-            hours: None,
-        };
+        let area = Area::new(
+            "A",
+            AreaKind::Permission,
+            [(-5.0, -5.0), (5.0, -5.0), (5.0, 5.0), (-5.0, 5.0)].map(corner).to_vec(),
+        );
         let extent = Some(area.extent().into());
         let mut witness = Witness::with(limits).expecting(vec![area]);
         let mode = v1::FlightMode::Offboard as i32;
@@ -182,15 +174,12 @@ fn a_permission_that_is_withdrawn_counts_once_the_vehicle_can_know_it() {
 fn a_grant_for_another_area_of_the_name_lets_nobody_in() {
     #[track_caller]
     fn check(granted_to_east_m: f64, expected: &[&str]) {
-        let area = |east_m: f64| Area {
-            name: "A".into(),
-            kind: AreaKind::Permission,
-            corners: [(-5.0, -5.0), (20.0, 0.0), (-5.0, east_m)].map(|(n, e)| Ned::new(n, e, 0.0)).to_vec(),
-            floor_m: None,
-            ceiling_m: None,
-            from_utc_ms: None,
-            until_utc_ms: None,
-            hours: None,
+        let area = |east_m: f64| {
+            Area::new(
+                "A",
+                AreaKind::Permission,
+                [(-5.0, -5.0), (20.0, 0.0), (-5.0, east_m)].map(|(n, e)| Ned::new(n, e, 0.0)).to_vec(),
+            )
         };
         let mut witness = Witness::default().expecting(vec![area(5.0)]);
         let (name, state, extent) = ("A".into(), Granted as i32, Some(area(granted_to_east_m).extent().into()));

@@ -13,16 +13,22 @@ pub const MOST_OBJECTIVES: usize = 500;
 pub const MOST_AREAS: usize = 2_000;
 /// The most corners of all areas together. With these the planner's status has less than 4 MiB, see `docs/planning.md`.
 pub const MOST_CORNERS: usize = 100_000;
-/// The most corners of one area: whether it crosses itself is found by comparing each side with each.
+/// The most corners of one area, its holes included: whether it crosses itself is found by comparing each side with each.
 pub const MOST_CORNERS_OF_AREA: usize = 4_000;
-/// The longest name of a mission, an objective, an area or a site, in characters.
+/// The most actions of all objectives together.
+pub const MOST_ACTIONS: usize = 2_000;
+/// The longest action, in characters: a name and seven numbers.
+pub const LONGEST_ACTION: usize = 200;
+/// The longest name of a mission, an objective, an area, a site, a feed or a provider, in characters.
 pub const LONGEST_NAME: usize = 100;
 
 const CUT: &str = "cut the mission to what one flight needs";
 
 impl AreaEntry {
+    /// Those of all rings.
     fn corner_count(&self) -> usize {
-        self.corners_m.as_ref().or(self.corners_deg.as_ref()).map_or(0, |it| it.as_ref().len())
+        let outline = self.corners_m.as_ref().or(self.corners_deg.as_ref()).map_or(0, |it| it.as_ref().len());
+        outline + self.holes().iter().map(|it| it.as_ref().len()).sum::<usize>()
     }
 }
 
@@ -37,7 +43,13 @@ impl Checker<'_> {
         let first_beyond = file.objective.get(MOST_OBJECTIVES).map(|it| &it.name);
         self.count("objectives", file.objective.len(), MOST_OBJECTIVES, first_beyond);
         self.count("areas", file.area.len(), MOST_AREAS, file.area.get(MOST_AREAS).map(|it| &it.name));
-        let (mut corners, mut first_beyond) = (0, None);
+        // A volume becomes two areas.
+        let of_volume = file.volume.as_ref().map_or(0, |it| it.as_ref().corner_count());
+        let (mut corners, mut first_beyond) = (2 * of_volume, None);
+        if MOST_CORNERS_OF_AREA < of_volume {
+            let message = format!("the volume has {of_volume} corners, at most {MOST_CORNERS_OF_AREA} are allowed");
+            self.say(file.volume.as_ref().map(Spanned::span), message, "simplify its outline");
+        }
         for area in &file.area {
             let count = area.corner_count();
             corners += count;
@@ -49,10 +61,12 @@ impl Checker<'_> {
                     "area `{}` has {count} corners, at most {MOST_CORNERS_OF_AREA} are allowed",
                     area.name.as_ref()
                 );
-                self.say(Some(area.name.span()), message, "simplify its outline");
+                self.say(Some(area.name.span()), message, "simplify its outline and its holes");
             }
         }
         self.count("corners of areas", corners, MOST_CORNERS, first_beyond);
+        let mut actions = file.objective.iter().flat_map(|it| &it.actions);
+        self.count("actions", actions.clone().count(), MOST_ACTIONS, actions.nth(MOST_ACTIONS));
         self.counts_of_after(&file.objective);
         if let Some(first) = file.site.get(MOST_SITES) {
             let message = format!("{} sites, expected at most {MOST_SITES}", file.site.len());
@@ -66,6 +80,7 @@ impl Checker<'_> {
             self.name(what, name.as_ref(), Some(name));
         }
         self.name("a mission", &file.name, None);
+        self.bounds_of_feeds(&file.feed);
     }
 
     /// Whether no objective names more in `after` than there are.
@@ -81,14 +96,14 @@ impl Checker<'_> {
         }
     }
 
-    fn count(&mut self, what: &str, count: usize, most: usize, first_beyond: Option<&Spanned<String>>) {
+    pub(super) fn count(&mut self, what: &str, count: usize, most: usize, first_beyond: Option<&Spanned<String>>) {
         if most < count {
             let message = format!("the mission has {count} {what}, at most {most} are allowed");
             self.say(first_beyond.map(Spanned::span), message, CUT);
         }
     }
 
-    fn name(&mut self, what: &str, name: &str, entry: Option<&Spanned<String>>) {
+    pub(super) fn name(&mut self, what: &str, name: &str, entry: Option<&Spanned<String>>) {
         let count = name.chars().count();
         if name.trim().is_empty() {
             self.say(entry.map(Spanned::span), format!("the name of {what} is empty"), "give it one");
@@ -154,6 +169,10 @@ mod tests {
         check(
             &mission(1, &[3_500; 30]),
             "m.toml:121:8: the mission has 105000 corners of areas, at most 100000 are allowed",
+        );
+        check(
+            &mission(1, &[]).replace("true\n", &format!("true\nactions = [{}]\n", "\"A\", ".repeat(2_001))),
+            "m.toml:8:10012: the mission has 2001 actions, at most 2000 are allowed",
         );
         let long = "x".repeat(101);
         check(
@@ -225,10 +244,13 @@ mod tests {
     fn the_largest_mission_fits_a_message_on_the_bus() {
         use prost::Message as _;
         let corner = crate::geometry::Ned::new(123.456, -7890.123, -1.5);
+        // A third of the corners in holes, as many holes as that makes.
+        let (outline, hole) = (vec![corner; MOST_CORNERS / MOST_AREAS - 15], vec![corner; 3]);
         let area = crate::area::Area {
             name: "ä".repeat(LONGEST_NAME),
             kind: crate::area::AreaKind::KeepOut,
-            corners: vec![corner; MOST_CORNERS / MOST_AREAS],
+            corners: outline,
+            holes: vec![hole; 5],
             floor_m: Some(1.5),
             ceiling_m: Some(99.5),
             from_utc_ms: Some(i64::MAX),
@@ -236,7 +258,8 @@ mod tests {
             hours: Some(crate::hours::WeeklyHours::parse(&["Mon-Fri 08:00-18:00", "Sat 22:00-02:00"]).unwrap()),
         };
         let areas = vec![kittiwake_proto::v1::Area::from(&area); MOST_AREAS];
-        let status = kittiwake_proto::v1::PlannerStatus { areas, ..Default::default() };
+        let feed = kittiwake_proto::v1::Feed { areas: (0..MOST_AREAS as u32).collect(), ..Default::default() };
+        let status = kittiwake_proto::v1::PlannerStatus { areas, feeds: vec![feed], ..Default::default() };
         assert!(status.encoded_len() < 4 << 20, "{} bytes", status.encoded_len());
     }
 }

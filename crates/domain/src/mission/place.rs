@@ -7,6 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{AreaEntry, Checker, FARTHEST_M, HIGHEST_M, ObjectiveEntry};
+use crate::area::{Area, InvalidRings};
 use crate::geodesy::{LatLon, LocalFrame, NORTHERNMOST_ORIGIN_DEG, Origin};
 use crate::geometry::Ned;
 
@@ -21,6 +22,8 @@ pub(super) struct OriginEntry {
 }
 
 const GIVE_CORNERS: &str = "give `corners_m` as [north, east], or `corners_deg` as [latitude, longitude]";
+const RANGE_OF_CORNERS: &str =
+    "corners are metres [north, east], or degrees [latitude, longitude], at most 200 km from the origin";
 const NO_ORIGIN: &str = "add an [origin] with `latitude_deg` and `longitude_deg`: the take-off point";
 
 /// What a file says about where something is.
@@ -76,6 +79,16 @@ impl AreaEntry {
     /// Its corners, or its name if it has none.
     pub(super) fn corners_span(&self) -> Range<usize> {
         self.corners_m.as_ref().or(self.corners_deg.as_ref()).map_or(self.name.span(), Spanned::span)
+    }
+
+    /// Its outline, then each of its holes.
+    pub(super) fn ring_spans(&self) -> Vec<Range<usize>> {
+        std::iter::once(self.corners_span()).chain(self.holes().iter().map(Spanned::span)).collect()
+    }
+
+    /// Its holes as they are written.
+    pub(super) fn holes(&self) -> &[Spanned<Vec<[f64; 2]>>] {
+        self.holes_m.as_ref().or(self.holes_deg.as_ref()).map_or(&[], Vec::as_slice)
     }
 }
 
@@ -135,6 +148,36 @@ impl Checker<'_> {
         self.corners(&it.corners_m, &it.corners_deg, &format!("area `{}`", it.name.as_ref()), it.corners_span())
     }
 
+    /// The corners of each hole of an area, in order; `None` after a mistake.
+    pub(super) fn area_holes(&mut self, it: &AreaEntry) -> Option<Vec<Vec<Ned>>> {
+        if it.holes_m.is_some() && it.holes_deg.is_some() {
+            let message = format!("area `{}` has its holes twice", it.name.as_ref());
+            self.say(Some(it.name.span()), message, "give `holes_m` or `holes_deg`");
+            return None;
+        }
+        let mut hole = |ring: &Spanned<Vec<[f64; 2]>>| {
+            let corner = |&[a, b]: &[f64; 2]| match it.holes_m {
+                Some(_) => Some(Ned::new(a, b, 0.0)),
+                None => self.local(a, b, ring.span()),
+            };
+            ring.as_ref().iter().map(corner).collect::<Option<Vec<Ned>>>()
+        };
+        it.holes().iter().map(&mut hole).collect()
+    }
+
+    /// Whether the rings of `area`, which is `what`, make an area in range. `spans`: where each ring stands.
+    pub(super) fn rings(&mut self, area: &Area, what: &str, spans: &[Range<usize>]) -> bool {
+        let is_near = |it: &Ned| it.is_sound() && it.horizontal_distance_m(Ned::default()) <= 2.0 * FARTHEST_M;
+        let far = area.rings().position(|ring| !ring.iter().all(is_near));
+        let (ring, message, help) = match (far, area.check_rings()) {
+            (Some(ring), _) => (ring, format!("{what} has a corner out of range"), RANGE_OF_CORNERS),
+            (None, Err(invalid)) => (invalid.ring(), format!("{what} {invalid}"), help_with(invalid)),
+            (None, Ok(())) => return true,
+        };
+        self.say(spans.get(ring).cloned(), message, help);
+        false
+    }
+
     /// The corners of `what`, in metres or in degrees; `None` after a mistake.
     pub(super) fn corners(
         &mut self,
@@ -181,6 +224,17 @@ impl Checker<'_> {
                 None
             }
         }
+    }
+}
+
+fn help_with(invalid: InvalidRings) -> &'static str {
+    match invalid {
+        InvalidRings::Outline => "list at least three corners in order round the area",
+        InvalidRings::Hole(_) => "list at least three corners in order round the hole",
+        InvalidRings::NotInside(_) => {
+            "a hole does not touch the outline; what juts into the area is part of the outline"
+        }
+        InvalidRings::Overlap(..) => "make one hole of the two",
     }
 }
 

@@ -18,6 +18,11 @@ const CLIMB_M: f64 = 10.0;
 /// fly at. (The mission manager's and the planner's `highest_m`.)
 const HIGHEST_FLIGHT_M: f64 = 120.0;
 
+/// The lowest ground that a mission lands on, above the take-off point, in metres. Over lower ground a vehicle that comes down on it would fly lower than
+/// plans and responses do, and be taken for one that stands elsewhere. (The planner's `ground_tolerance_m`; and its
+/// `takeoff_height_m`, from which a landing begins, less its `least_height_m`.)
+pub(super) const LOWEST_GROUND_M: f64 = -5.0;
+
 /// The greatest height of such an objective, if it is higher: one on the ground is left by a climb.
 pub(super) fn too_high(height_m: f64, flying: bool) -> Option<f64> {
     let most_m = if flying { HIGHEST_FLIGHT_M } else { HIGHEST_FLIGHT_M - CLIMB_M };
@@ -128,7 +133,7 @@ pub(super) struct TooNearInWind {
 fn is_at_heights_of(site: Place, area: &Area) -> bool {
     let height_m = site.position.height_m();
     let highest_m = if site.flying { height_m } else { height_m + CLIMB_M };
-    area.is_simple() && area.touches_heights(height_m, highest_m)
+    area.touches_heights(height_m, highest_m)
 }
 
 /// What is wrong with `site` because of `area`, if that applies when the site is used.

@@ -7,6 +7,7 @@ use std::time::Duration;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::bounds::LONGEST_ACTION;
 use super::{Checker, ObjectiveEntry};
 use crate::file::did_you_mean;
 
@@ -36,10 +37,13 @@ pub struct Terms {
     pub dwell: Duration,
     /// It releases its load there, in flight; then it stays. The objective is reached once the load is gone.
     pub drop: bool,
+    /// Commands to the payload at this place, or during this survey: each a name and its numbers. They are kept, and nothing
+    /// flies them yet.
+    pub actions: Vec<String>,
 }
 
 /// Most seconds of a stay, and of a time limit; a longer one is a typing mistake.
-pub(super) const LONGEST_S: f64 = 86_400.0;
+pub const LONGEST_S: f64 = 86_400.0;
 /// The greatest worth; a greater one is a typing mistake.
 const MOST_WORTH: f64 = 1e6;
 
@@ -70,6 +74,19 @@ impl Checker<'_> {
             let message = format!("objective `{}` is on the ground, and a load is dropped in flight", it.name.as_ref());
             self.say(Some(drop.span()), message, "set `flying = true` and a height, or take `drop` out");
         }
+        for action in &it.actions {
+            let text = action.as_ref();
+            // It is shown on terminals.
+            let is_visible = |it: char| it == ' ' || it.is_ascii_graphic();
+            if text.trim().is_empty() || LONGEST_ACTION < text.len() || !text.chars().all(is_visible) {
+                let message =
+                    format!("an action of objective `{}` is not a command with its numbers", it.name.as_ref());
+                let help = format!(
+                    "write it like \"MAV_CMD_IMAGE_START_CAPTURE 0 2\": at most {LONGEST_ACTION} characters of ASCII"
+                );
+                self.say(Some(action.span()), message, &help);
+            }
+        }
         // What is out of range was reported.
         let time = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default();
         Terms {
@@ -79,6 +96,7 @@ impl Checker<'_> {
             by_utc_ms: it.reach_by_utc.as_ref().and_then(|it| self.moment(it)),
             dwell: time(dwell_s),
             drop: it.drop.as_ref().is_some_and(|it| *it.as_ref()),
+            actions: it.actions.iter().map(|it| it.as_ref().clone()).collect(),
         }
     }
 
@@ -184,6 +202,7 @@ after = ["a"]
 reach_within_s = 600.0
 reach_by_utc = "2026-05-01T08:00:00Z"
 drop = true
+actions = ["MAV_CMD_IMAGE_START_CAPTURE 0 2"]
 "#;
 
     fn read(text: &str) -> Result<Mission, Mistakes> {
@@ -202,6 +221,7 @@ drop = true
             by_utc_ms: Some(1_777_622_400_000),
             dwell: Duration::ZERO,
             drop: true,
+            actions: vec!["MAV_CMD_IMAGE_START_CAPTURE 0 2".into()],
         };
         assert_eq!(mission.objectives[1].terms, expected);
         let plain = read(&GOOD.replace("order = \"free\"\n", "")).unwrap();
@@ -224,6 +244,13 @@ drop = true
             "height_m = 0.0\nflying = false",
             "m.toml:22:8: objective `b` is on the ground, and a load is dropped in flight",
         );
+        for action in ["", "\\u001b[2J", "Käse 1", &"1 ".repeat(150)] {
+            check(
+                "MAV_CMD_IMAGE_START_CAPTURE 0 2",
+                action,
+                "m.toml:23:12: an action of objective `b` is not a command with its numbers",
+            );
+        }
         check("2026-05-01T08:00:00Z", "soon", "m.toml:21:16: found `soon`, expected a UTC date and time");
         check("\"free\"", "\"any\"", "m.toml:3:9: unknown variant `any`");
         check("[\"a\"]", "[\"c\"]", "m.toml:19:10: there is no objective `c`");
@@ -255,6 +282,7 @@ drop = true
             ("\"free\"", "\"given\""),
             ("optional = true\nworth = 2.5\n", ""),
             ("drop = true", "drop = false"),
+            ("CAPTURE 0 2", "CAPTURE 0 3"),
         ] {
             let other = read(&GOOD.replacen(found, replaced, 1)).unwrap();
             assert_ne!(other.identity(), mission.identity(), "{found}");

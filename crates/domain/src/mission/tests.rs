@@ -40,7 +40,7 @@ fn every_mistake_is_reported_with_its_place() {
     check("flying = false", "flying = 0", "m.toml:8:10: invalid type: integer `0`, expected a boolean");
     check("500.0", "5e9", "m.toml:6:10: `east_m` is 5000000000, expected metres between");
     check("500.0", "nan", "m.toml:6:10: `east_m` is NaN, expected metres between");
-    check("height_m = 0.0", "height_m = -2.0", "m.toml:7:12: objective `deliver` is inside the ground");
+    check("height_m = 0.0", "height_m = -5.1", "m.toml:7:12: objective `deliver` is inside the ground");
     check("flying = false", "flying = true", "m.toml:7:12: objective `deliver` is inside the ground");
     check(
         "height_m = 0.0\nflying = false",
@@ -221,6 +221,48 @@ fn whatever_is_wrong_with_a_mission_as_large_as_a_request_little_is_told_of_it()
 }
 
 #[test]
+fn an_area_has_holes_in_metres_or_in_degrees() {
+    let with = |holes: &str| GOOD.replacen("from_utc", &format!("{holes}\nfrom_utc"), 1);
+    let metres = with("holes_m = [[[-50, 150], [50, 150], [50, 200]], [[-50, 250], [50, 250], [0, 280]]]");
+    let mission = read(&metres).unwrap_or_else(|it| panic!("{it}"));
+    let area = &mission.areas[0];
+    let inside =
+        [(0.0, 120.0), (0.0, 170.0), (0.0, 260.0)].map(|(north, east)| area.contains(Ned::new(north, east, 0.0)));
+    assert_eq!((area.holes.len(), inside), (2, [true, false, false]));
+    assert_ne!(mission.identity(), read(GOOD).unwrap().identity());
+    let origin = "[origin]\nlatitude_deg = 54.0\nlongitude_deg = 6.6\n[[objective]]";
+    let degrees = with("holes_deg = [[[53.9996, 6.602], [54.0004, 6.602], [54.0004, 6.603]]]");
+    let mission = read(&degrees.replacen("[[objective]]", origin, 1)).unwrap_or_else(|it| panic!("{it}"));
+    assert!(mission.areas[0].holes[0][0].distance_m(Ned::new(-44.5, 131.1, 0.0)) < 1.0, "{:?}", mission.areas);
+}
+
+#[test]
+fn every_mistake_about_a_hole_is_reported_with_its_place() {
+    #[track_caller]
+    fn check(holes: &str, expected: &str) {
+        check_mistake(GOOD, "from_utc", &format!("{holes}\nfrom_utc"), read, expected);
+    }
+    let good = "[[-50, 150], [50, 150], [50, 200]]";
+    check(
+        &format!("holes_m = [{good}, [[-50, 350], [50, 350], [50, 400]]]"),
+        "m.toml:13:48: area `A` has a hole that is not inside its outline, hole 2",
+    );
+    check(
+        &format!("holes_m = [{good}, [[-50, 160], [50, 160], [50, 180]]]"),
+        "m.toml:13:48: area `A` has holes that overlap or touch, holes 1 and 2",
+    );
+    check("holes_m = [[[-50, 150], [50, 150]]]", "m.toml:13:12: area `A` has a hole that crosses itself or has fewer");
+    check("holes_m = [[]]", "m.toml:13:12: area `A` has a hole that crosses itself or has fewer");
+    check("holes_m = [[[-50, 150], [50, 150], [3e6, 0]]]", "m.toml:13:12: area `A` has a corner out of range");
+    check(&format!("holes_m = [{good}]\nholes_deg = [{good}]"), "m.toml:10:8: area `A` has its holes twice");
+    check(&format!("holes_deg = [{good}]"), "m.toml:13:14: a place in degrees in a mission whose origin");
+    check("holes_deg = [[[154, 6]]]", "m.toml:13:14: latitude 154, longitude 6");
+    check("holes_m = [[7]]", "m.toml:13:13: invalid type: integer `7`, expected");
+    let many = format!("holes_m = [[{}[50, 200]]]", "[-50, 150],".repeat(4_000));
+    check(&many, "m.toml:10:8: area `A` has 4005 corners, at most 4000 are allowed");
+}
+
+#[test]
 fn an_identity_is_that_of_the_content() {
     let mission = read(GOOD).unwrap();
     assert_eq!(mission.identity(), "f2e4b90e170ad2eabcdd96fc13d89c3a");
@@ -248,4 +290,18 @@ fn an_area_that_may_not_be_landed_in_is_barred_near_the_ground_and_has_no_height
     assert_eq!((area.kind, area.floor_m, area.ceiling_m), (AreaKind::KeepOut, None, Some(3.0)));
     let error = read(&text.replacen("\"no-landing\"", "\"no-landing\"\nceiling_m = 9.0", 1)).unwrap_err().to_string();
     assert!(error.contains("may not be landed in, and has a height"), "{error}");
+}
+
+#[test]
+fn a_file_of_another_program_is_answered_by_the_command_that_imports_it() {
+    #[track_caller]
+    fn check(text: &str, expected: &str) {
+        let told = Mission::read(&Source { path: "berths.plan".into(), text: text.into() }).unwrap_err().to_string();
+        let help = "import it first: kittiwake mission import \"berths.plan\" --out \"berths.toml\"";
+        assert_eq!(told, format!("berths.plan: this is {expected}, not a mission file\n  help: {help}"));
+    }
+    check("\u{feff}\n{ \"fileType\": \"Plan\" }", "a plan of QGroundControl");
+    check("{\"type\": \"FeatureCollection\"}", "JSON");
+    check("<?xml version=\"1.0\"?><kml/>", "XML");
+    check("QGC WPL 110\n", "a mission of QGC WPL");
 }

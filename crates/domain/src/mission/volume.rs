@@ -1,7 +1,8 @@
 //! The volume that a mission is flown in: an outline and a ceiling, beyond which nothing is flown.
 //!
-//! It is turned into keep-out areas: one beyond each side, and one above the ceiling. Everything that respects areas therefore respects it by the
-//! same rule: the planner, the mission manager's prediction of the stopping point, the responses, and the oracle.
+//! It is turned into keep-out areas: one round the outline, with a hole where the mission is flown, and one above the ceiling.
+//! Everything that respects areas therefore respects it by the same rule: the planner, the mission manager's prediction of the
+//! stopping point, the responses, and the oracle.
 
 use std::ops::Range;
 
@@ -12,10 +13,9 @@ use super::{Checker, HIGHEST_M};
 use crate::area::{Area, AreaKind};
 use crate::geometry::Ned;
 
-/// How far beyond a side nothing is flown, in metres. (ENG: a minute at the greatest speed; the rows bring a vehicle back within seconds.)
+/// How far beyond the outline nothing is flown, in metres. (ENG: a minute at the greatest speed; the rows bring a vehicle back within
+/// seconds.)
 const REACH_M: f64 = 1000.0;
-/// The most corners of an outline.
-const MOST_CORNERS: usize = 20;
 
 /// `[volume]` of a mission file.
 #[derive(Debug, Deserialize)]
@@ -29,6 +29,12 @@ pub(super) struct VolumeEntry {
     ceiling_m: Option<Spanned<f64>>,
 }
 
+impl VolumeEntry {
+    pub(super) fn corner_count(&self) -> usize {
+        self.corners_m.as_ref().or(self.corners_deg.as_ref()).map_or(0, |it| it.as_ref().len())
+    }
+}
+
 impl Checker<'_> {
     /// The areas that keep the vehicle inside, each with where it stands in the file.
     pub(super) fn volume(&mut self, entry: &Spanned<VolumeEntry>) -> Vec<(Range<usize>, Area)> {
@@ -37,17 +43,12 @@ impl Checker<'_> {
         let Some(corners) = self.corners(&it.corners_m, &it.corners_deg, "the volume", span.clone()) else {
             return Vec::new();
         };
-        let inside = keep_out("volume, ceiling".to_owned(), corners, None);
-        let count = inside.corners.len();
-        let is_sound = inside.corners.iter().all(|it| it.is_sound());
-        let Some(turn) = turn(&inside.corners).filter(|_| is_sound && count <= MOST_CORNERS && inside.is_simple())
-        else {
-            let message = format!("the volume has {count} corners that do not make a convex outline");
-            self.say(Some(span), message, "list 3 to 20 corners in order round it; what juts in is a keep-out area");
+        let inside = Area::new("volume, ceiling", AreaKind::KeepOut, corners);
+        if !self.rings(&inside, "the volume", std::slice::from_ref(&span)) {
             return Vec::new();
-        };
-        let mut areas: Vec<_> =
-            beyond_sides(&inside.corners, turn).into_iter().map(|area| (span.clone(), area)).collect();
+        }
+        let holes = vec![inside.corners.clone()];
+        let mut areas = vec![(span, Area { holes, ..Area::new("volume", AreaKind::KeepOut, round(&inside.corners)) })];
         if let Some(ceiling) = &it.ceiling_m {
             let floor_m = Some(self.within("ceiling_m", ceiling, 1.0, HIGHEST_M));
             areas.push((ceiling.span(), Area { floor_m, ..inside }));
@@ -56,65 +57,17 @@ impl Checker<'_> {
     }
 }
 
-fn keep_out(name: String, corners: Vec<Ned>, floor_m: Option<f64>) -> Area {
-    Area {
-        name,
-        kind: AreaKind::KeepOut,
-        corners,
-        floor_m,
-        ceiling_m: None,
-        from_utc_ms: None,
-        until_utc_ms: None,
-        hours: None,
-    }
-}
-
-/// Which way an outline turns.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Turn {
-    Clockwise,
-    Anticlockwise,
-}
-
-/// Which way it turns at every corner, seen from above; `None` if it does both, or goes straight on somewhere.
-fn turn(corners: &[Ned]) -> Option<Turn> {
-    let at = |index: usize| corners[index % corners.len()];
-    let mut turns = (0..corners.len()).map(|index| {
-        let (a, b, c) = (at(index), at(index + 1), at(index + 2));
-        let area = (b.north_m - a.north_m) * (c.east_m - b.east_m) - (b.east_m - a.east_m) * (c.north_m - b.north_m);
-        match area {
-            _ if 0.0 < area => Some(Turn::Clockwise),
-            _ if area < 0.0 => Some(Turn::Anticlockwise),
-            _ => None,
-        }
-    });
-    let first = turns.next()??;
-    turns.all(|it| it == Some(first)).then_some(first)
-}
-
-/// A rectangle beyond each side, long enough to overlap its neighbours.
-fn beyond_sides(corners: &[Ned], turn: Turn) -> Vec<Area> {
-    let outward_m = match turn {
-        Turn::Clockwise => -REACH_M,
-        Turn::Anticlockwise => REACH_M,
+/// The corners of a rectangle that reaches [`REACH_M`] beyond all of these.
+fn round(corners: &[Ned]) -> Vec<Ned> {
+    let bounds = |of: fn(&Ned) -> f64| {
+        let least = corners.iter().map(of).fold(f64::INFINITY, f64::min);
+        let most = corners.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
+        (least - REACH_M, most + REACH_M)
     };
-    let side = |index: usize| {
-        let (a, b) = (corners[index], corners[(index + 1) % corners.len()]);
-        let length_m = a.horizontal_distance_m(b);
-        let (north, east) = ((b.north_m - a.north_m) / length_m, (b.east_m - a.east_m) / length_m);
-        let beside = |from: Ned, along_m: f64, right_m: f64| {
-            Ned::new(
-                from.north_m + north * along_m - east * right_m,
-                from.east_m + east * along_m + north * right_m,
-                0.0,
-            )
-        };
-        let (begin, end) = (-REACH_M, REACH_M);
-        let rectangle =
-            vec![beside(a, begin, 0.0), beside(b, end, 0.0), beside(b, end, outward_m), beside(a, begin, outward_m)];
-        keep_out(format!("volume, side {}", index + 1), rectangle, None)
-    };
-    (0..corners.len()).map(side).collect()
+    let ((south, north), (west, east)) = (bounds(|it| it.north_m), bounds(|it| it.east_m));
+    [(south, west), (north, west), (north, east), (south, east)]
+        .map(|(north, east)| Ned::new(north, east, 0.0))
+        .to_vec()
 }
 
 #[cfg(test)]
@@ -141,25 +94,29 @@ flying = true
         Mission::read(&Source { path: "m.toml".into(), text: text.into() })
     }
 
+    /// An outline that juts in from the east.
+    const CORNERS: &str = "[-100.0, -100.0], [-100.0, 600.0], [100.0, 200.0], [300.0, 700.0], [300.0, -100.0]";
+
     #[test]
     fn every_point_is_inside_the_volume_or_in_an_area_that_is_kept_out_of() {
-        let other_way_round = GOOD.replace(
-            "[-100.0, 600.0], [300.0, 700.0], [300.0, -100.0]",
-            "[300.0, -100.0], [300.0, 700.0], [-100.0, 600.0]",
-        );
-        for text in [GOOD, &other_way_round] {
-            let mission = read(text).unwrap_or_else(|it| panic!("{it}"));
-            assert_eq!(mission.areas.len(), 5);
+        let other_way_round = "[-100.0, -100.0], [300.0, -100.0], [300.0, 700.0], [100.0, 200.0], [-100.0, 600.0]";
+        for corners in [CORNERS, other_way_round] {
+            let text = GOOD.replace("[-100.0, -100.0], [-100.0, 600.0], [300.0, 700.0], [300.0, -100.0]", corners);
+            let text = text.replace("east_m = 500.0", "east_m = 150.0");
+            let mission = read(&text).unwrap_or_else(|it| panic!("{it}"));
+            let names: Vec<_> = mission.areas.iter().map(|it| it.name.as_str()).collect();
+            assert_eq!(names, ["volume", "volume, ceiling"]);
             let is_kept_out = |north_m: f64, east_m: f64, height_m: f64| {
                 mission.areas.iter().any(|it| it.contains(Ned::new(north_m, east_m, -height_m)))
             };
-            for (north, east) in (-20..=30).flat_map(|north| (-20..=60).map(move |east| (north, east))) {
+            for (north, east) in (-50..=60).flat_map(|north| (-50..=80).map(move |east| (north, east))) {
                 let (north_m, east_m) = (f64::from(north) * 20.0 + 7.0, f64::from(east) * 20.0 + 3.0);
-                // The side in the east is slanted: 100 m over 400 m.
-                let east_side_m = 600.0 + (north_m + 100.0) / 4.0;
+                // The sides in the east: 400 m back over 200 m, then 500 m out again.
+                let east_side_m =
+                    if north_m < 100.0 { 600.0 - (north_m + 100.0) * 2.0 } else { 200.0 + (north_m - 100.0) * 2.5 };
                 let inside = -100.0 < north_m && north_m < 300.0 && -100.0 < east_m && east_m < east_side_m;
                 assert_eq!(is_kept_out(north_m, east_m, 20.0), !inside, "({north_m}, {east_m})");
-                assert!(is_kept_out(north_m, east_m, 65.0), "({north_m}, {east_m}) above the ceiling");
+                assert!(!inside || is_kept_out(north_m, east_m, 65.0), "({north_m}, {east_m}) above the ceiling");
             }
         }
     }
@@ -170,11 +127,10 @@ flying = true
         fn check(find: &str, replace: &str, expected: &str) {
             check_mistake(GOOD, find, replace, read, expected);
         }
-        check(
-            "[300.0, 700.0]",
-            "[0.0, 0.0]",
-            "m.toml:4:13: the volume has 4 corners that do not make a convex outline",
-        );
+        check("[300.0, 700.0]", "[0.0, -200.0]", "m.toml:4:13: the volume crosses itself");
+        check("[300.0, 700.0]", "[3e5, 700.0]", "m.toml:4:13: the volume has a corner out of range");
+        let many = format!("{}[300.0, 700.0]", "[300.0, 700.0],".repeat(4_000));
+        check("[300.0, 700.0]", &many, "m.toml:3:1: the volume has 4004 corners, at most 4000 are allowed");
         check("ceiling_m = 60.0", "ceiling_m = -3.0", "m.toml:5:13: `ceiling_m` is -3, expected metres between");
         check("ceiling_m = 60.0", "floor_m = 3.0", "m.toml:5:1: unknown field `floor_m`");
         check(
@@ -185,8 +141,10 @@ flying = true
         check(
             "east_m = 500.0",
             "east_m = 900.0",
-            "m.toml:8:11: objective `there` lies in keep-out area `volume, side 2`",
+            "m.toml:8:11: objective `there` lies in keep-out area `volume`, which",
         );
         check("[[-100.0, -100.0]", "[[-100.0, 105.0]", "m.toml:4:13: the take-off point lies");
+        let name = "[[area]]\nname = \"volume\"\nkind = \"keep-out\"\ncorners_m = [[900, 0], [910, 0], [900, 9]]\n";
+        check("[[objective]]", &format!("{name}[[objective]]"), "m.toml:7:8: area `volume` has the name of a part");
     }
 }

@@ -53,7 +53,7 @@ pub struct Effort {
 impl Effort {
     /// The efforts with which a way is searched among these areas, in this order.
     pub fn among<'a>(areas: impl Iterator<Item = &'a Area>) -> Vec<Effort> {
-        let corners: usize = areas.map(|it| it.corners.len()).sum();
+        let corners: usize = areas.map(|it| it.rings().map(<[Ned]>::len).sum::<usize>()).sum();
         let few = (corners <= FEW_CORNERS).then_some(EVERYTHING);
         let is_exact = |it: &Effort| it.factor == 1.0;
         few.into_iter().chain(EFFORTS.into_iter().filter(|it| corners <= MANY_CORNERS || !is_exact(it))).collect()
@@ -190,8 +190,7 @@ impl<'a> Search<'a> {
             }
             let area = self.level.areas[area];
             let point = |at, corner| Point { at, corner, settled: None };
-            let corners = corners(&area.corners, margin_m);
-            self.points.extend(corners.into_iter().map(|it| point(it.at.at_height(to.height_m()), Some(it))));
+            self.points.extend(corners(area, margin_m).map(|it| point(it.at.at_height(to.height_m()), Some(it))));
             let beside = [from, to].into_iter().flat_map(|end| footholds(end, &[area], margin_m));
             self.points.extend(beside.map(|at| point(at, None)));
         }
@@ -236,16 +235,7 @@ mod tests {
             let (north, east) = (TAU * corner as f64 / corners as f64).sin_cos();
             Ned::new(centre.0 + radius_m * north, centre.1 + radius_m * east, 0.0)
         };
-        Area {
-            name: format!("{centre:?}"),
-            kind: AreaKind::KeepOut,
-            corners: (0..corners).map(corner).collect(),
-            floor_m: None,
-            ceiling_m: None,
-            from_utc_ms: None,
-            until_utc_ms: None,
-            hours: None,
-        }
+        Area::new(format!("{centre:?}"), AreaKind::KeepOut, (0..corners).map(corner).collect())
     }
 
     fn level<'a>(areas: &'a [Area], legs_left: &'a Cell<u32>) -> Level<'a> {
@@ -257,8 +247,12 @@ mod tests {
     }
 
     fn any_area() -> impl Strategy<Value = Area> {
-        ((-400.0..400.0, -400.0..400.0), 20.0..150.0, 3..9usize)
-            .prop_map(|(centre, radius_m, corners)| area(centre, radius_m, corners))
+        let radius_m = prop_oneof![4 => 20.0..150.0, 1 => 300.0..800.0];
+        let hole = proptest::option::weighted(0.4, 0.3..0.95);
+        ((-400.0..400.0, -400.0..400.0), radius_m, 3..9usize, hole).prop_map(|(centre, radius_m, corners, hole)| {
+            let ring = |part: f64| area(centre, part * radius_m, corners).corners;
+            Area { holes: hole.into_iter().map(ring).collect(), ..area(centre, radius_m, corners) }
+        })
     }
 
     proptest! {

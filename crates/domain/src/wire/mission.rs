@@ -47,6 +47,7 @@ impl From<ObjectiveStatus> for v1::Objective {
             dwell_s: terms.dwell.as_secs_f64(),
             survey: status.objective.survey.map(Into::into),
             drop: terms.drop,
+            actions: terms.actions,
             release: v1::ReleaseProgress::from(status.release) as i32,
         }
     }
@@ -105,6 +106,7 @@ impl TryFrom<v1::Objective> for ObjectiveStatus {
             by_utc_ms: status.reach_by_utc_ms,
             dwell: duration("dwell_s", status.dwell_s)?,
             drop: status.drop,
+            actions: status.actions,
         };
         Ok(ObjectiveStatus {
             objective: Objective {
@@ -210,8 +212,17 @@ pub(super) mod tests {
         let time = || (0..1_000_000u64).prop_map(Duration::from_millis);
         let worth = prop::option::of(0.0..1e6);
         let after = prop::collection::vec(name(), 0..3);
-        (worth, after, prop::option::of(time()), prop::option::of(any::<i64>()), time(), any::<bool>()).prop_map(
-            |(worth, after, within, by_utc_ms, dwell, drop)| Terms { worth, after, within, by_utc_ms, dwell, drop },
+        let payload = (any::<bool>(), prop::collection::vec(name(), 0..3));
+        (worth, after, prop::option::of(time()), prop::option::of(any::<i64>()), time(), payload).prop_map(
+            |(worth, after, within, by_utc_ms, dwell, (drop, actions))| Terms {
+                worth,
+                after,
+                within,
+                by_utc_ms,
+                dwell,
+                drop,
+                actions,
+            },
         )
     }
 

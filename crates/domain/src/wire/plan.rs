@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use kittiwake_proto::v1;
 
-use super::{InvalidMessage, duration, flight_mode, gripper, out_of_range};
+use super::{InvalidMessage, duration, feeds_from_wire, feeds_to_wire, flight_mode, gripper, out_of_range};
 use crate::area::Area;
 use crate::geodesy::Origin;
 use crate::mission::terms::Order;
@@ -324,6 +324,7 @@ impl From<PlannerStatus> for v1::PlannerStatus {
             sites: status.sites.iter().map(Into::into).collect(),
             memory: None,
             origin: status.origin.map(Into::into),
+            feeds: feeds_to_wire(&status.feeds, &status.areas),
         }
     }
 }
@@ -332,6 +333,7 @@ impl TryFrom<v1::PlannerStatus> for PlannerStatus {
     type Error = InvalidMessage;
     fn try_from(status: v1::PlannerStatus) -> Result<PlannerStatus, InvalidMessage> {
         let plan = status.plan.unwrap_or_default();
+        let feeds = feeds_from_wire(status.feeds, &status.areas)?;
         Ok(PlannerStatus {
             mission: status.mission,
             objectives: status.objectives.into_iter().map(TryInto::try_into).collect::<Result<_, _>>()?,
@@ -344,6 +346,7 @@ impl TryFrom<v1::PlannerStatus> for PlannerStatus {
             order: if status.free_order { Order::Free } else { Order::Given },
             sites: status.sites.into_iter().map(Site::try_from).collect::<Result<_, _>>()?,
             origin: status.origin.map(Origin::try_from).transpose()?,
+            feeds,
         })
     }
 }
@@ -356,6 +359,7 @@ mod tests {
     use super::super::mission::tests::objective;
     use super::super::skill::tests::goal;
     use super::*;
+    use crate::feed::Feed;
     use crate::fmu::Gripper;
 
     fn state() -> impl Strategy<Value = State> {
@@ -469,6 +473,16 @@ mod tests {
         let mission = (name(), prop::collection::vec(objective(), 0..3), areas, sites, prop::option::of(origin()));
         (mission, distinct_steps(0), any::<u64>(), any::<u32>(), name(), any::<u64>(), any::<bool>()).prop_map(
             |((mission, objectives, areas, sites, origin), steps, revision, current_objective, hold, epoch, free)| {
+                let names: std::collections::BTreeSet<&String> = areas.iter().map(|it| &it.name).collect();
+                let feed = Feed {
+                    name: hold.clone(),
+                    provider: free.then(|| mission.clone()),
+                    issued_utc_ms: Some(epoch as i64),
+                    // Names are found again where no two areas have the same.
+                    areas: areas.iter().filter(|_| names.len() == areas.len()).map(|it| it.name.clone()).collect(),
+                    ..Feed::default()
+                };
+                let feeds = vec![feed; usize::from(current_objective % 2 == 0)];
                 PlannerStatus {
                     mission,
                     objectives,
@@ -481,6 +495,7 @@ mod tests {
                     order: if free { Order::Free } else { Order::Given },
                     sites,
                     origin,
+                    feeds,
                 }
             },
         )

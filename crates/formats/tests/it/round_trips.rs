@@ -43,10 +43,15 @@ fn is_same_outline(a: &[Ned], b: &[Ned]) -> bool {
     is_same_ring(a, b) || is_same_ring(a, &reversed)
 }
 
+/// The holes in the same order.
+fn are_same_rings(a: &Area, b: &Area) -> bool {
+    a.holes.len() == b.holes.len() && a.rings().zip(b.rings()).all(|(a, b)| is_same_outline(a, b))
+}
+
 fn is_same_area(a: &Area, b: &Area) -> bool {
     let band = |it: &Area| [it.floor_m, it.ceiling_m].map(|it| it.map(|it| (it * 100.0).round()));
     let rest = |it: &Area| (it.name.clone(), it.kind, it.from_utc_ms, it.until_utc_ms, it.hours.clone(), band(it));
-    rest(a) == rest(b) && is_same_outline(&a.corners, &b.corners)
+    rest(a) == rest(b) && are_same_rings(a, b)
 }
 
 fn is_same_objective(a: &Objective, b: &Objective) -> bool {
@@ -75,19 +80,23 @@ fn area() -> impl Strategy<Value = Area> {
     let window = (prop::option::of(1_i64..2_000_000_000), prop::option::of(2_000_000_001_i64..4_000_000_000));
     let band = (prop::option::of(1.0..50.0_f64), prop::option::of(60.0..110.0_f64));
     // Within 100 km everything is in reach, and farther than 100 m nothing is too near to the take-off point.
-    let place = (200.0..60_000.0_f64, 0.0..std::f64::consts::TAU, 20.0..90.0_f64, 3_usize..9);
+    let place = (200.0..60_000.0_f64, 0.0..std::f64::consts::TAU, 20.0..90.0_f64, 3_usize..9, any::<bool>());
     let hours = prop::option::of(prop::collection::vec((0..10_080_i64, 1..2_000_i64), 1..4));
     (any::<bool>(), window, hours, band, place).prop_map(
-        |(keep_out, window, hours, band, (distance_m, direction, radius_m, count))| {
+        |(keep_out, window, hours, band, (distance_m, direction, radius_m, count, has_hole))| {
             let (sin, cos) = direction.sin_cos();
-            let corner = |index: usize| {
-                let (east, north) = (std::f64::consts::TAU * index as f64 / count as f64).sin_cos();
-                Ned::new(distance_m * cos + radius_m * north, distance_m * sin + radius_m * east, 0.0)
+            let ring = |radius_m: f64| -> Vec<Ned> {
+                let corner = |index: usize| {
+                    let (east, north) = (std::f64::consts::TAU * index as f64 / count as f64).sin_cos();
+                    Ned::new(distance_m * cos + radius_m * north, distance_m * sin + radius_m * east, 0.0)
+                };
+                (0..count).map(corner).collect()
             };
             Area {
                 name: String::new(),
                 kind: if keep_out { AreaKind::KeepOut } else { AreaKind::Permission },
-                corners: (0..count).map(corner).collect(),
+                corners: ring(radius_m),
+                holes: if has_hole { vec![ring(0.5 * radius_m)] } else { Vec::new() },
                 floor_m: band.0,
                 ceiling_m: band.1,
                 from_utc_ms: window.0.map(|it| it * 1000),
@@ -103,9 +112,30 @@ fn terms() -> impl Strategy<Value = Terms> {
     let seconds = || (0..100_000_u64).prop_map(Duration::from_millis);
     let by = prop::option::of((1_i64..2_000_000_000).prop_map(|it| it * 1000));
     let worth = prop::option::of((0..4000_u16).prop_map(|it| f64::from(it) / 4.0));
-    (worth, prop::option::of(seconds()), by, seconds(), any::<bool>()).prop_map(
-        |(worth, within, by_utc_ms, dwell, drop)| Terms { worth, after: Vec::new(), within, by_utc_ms, dwell, drop },
-    )
+    (worth, prop::option::of(seconds()), by, on_site()).prop_map(|(worth, within, by_utc_ms, terms)| Terms {
+        worth,
+        within,
+        by_utc_ms,
+        ..terms
+    })
+}
+
+/// What is done at an objective: that can be said in a plan too.
+fn on_site() -> impl Strategy<Value = Terms> {
+    let known = [
+        "MAV_CMD_DO_SET_CAM_TRIGG_DIST",
+        "MAV_CMD_DO_SET_ROI_LOCATION 0 0 0 0 54.001 6.6 20.5 frame=3",
+        "MAV_CMD_DO_MOUNT_CONTROL nan 0 -90 0 0 0 2",
+        "MAV_CMD_DO_GRIPPER 1 1",
+    ];
+    let actions = prop::collection::vec(prop::sample::select(known.map(str::to_owned).to_vec()), 0..4);
+    let dwell = (0..1_000_u64).prop_map(|it| Duration::from_millis(it * 100));
+    (dwell, any::<bool>(), actions).prop_map(|(dwell, drop, actions)| Terms {
+        dwell,
+        drop,
+        actions,
+        ..Terms::default()
+    })
 }
 
 /// With terms, in any order, and with a survey at the end.
@@ -166,7 +196,15 @@ fn missions() -> impl Strategy<Value = Mission> {
             survey: None,
         };
         let objectives = objectives.into_iter().enumerate().map(objective).collect();
-        Mission { name: "sample".into(), objectives, areas, order: Default::default(), sites, origin: None }
+        Mission {
+            name: "sample".into(),
+            objectives,
+            areas,
+            order: Default::default(),
+            sites,
+            origin: None,
+            feeds: Vec::new(),
+        }
     })
 }
 
@@ -195,12 +233,20 @@ proptest! {
     }
 
     #[test]
-    fn a_plan_says_where_to_fly_and_what_to_keep_out_of(mission in missions()) {
+    fn a_plan_says_where_to_fly_and_what_to_keep_out_of(
+        mission in missions(),
+        terms in prop::collection::vec(on_site(), 6),
+    ) {
+        let mut mission = mission;
+        for (objective, terms) in mission.objectives.iter_mut().zip(terms) {
+            objective.terms = Terms { drop: terms.drop && objective.flying, ..terms };
+        }
         let (text, notes) = written(&mission, Target::Plan);
         let read = back(&text);
         prop_assert_eq!(read.objectives.len(), mission.objectives.len());
         for (a, b) in read.objectives.iter().zip(&mission.objectives) {
             prop_assert!(a.flying == b.flying && a.position.distance_m(b.position) < NEAR_M, "{a:?} {b:?}");
+            prop_assert_eq!(&a.terms, &b.terms);
         }
         let closed: Vec<_> = mission.areas.iter().filter(|it| it.kind == AreaKind::KeepOut).collect();
         prop_assert_eq!(read.areas.len(), closed.len());
@@ -226,6 +272,7 @@ proptest! {
             prop_assert_eq!(said("no heights"), is_closed && (area.floor_m.is_some() || area.ceiling_m.is_some()));
             prop_assert_eq!(said("no time window"), is_closed && (area.from_utc_ms.is_some() || area.until_utc_ms.is_some()));
             prop_assert_eq!(said("no hours"), is_closed && area.hours.is_some());
+            prop_assert_eq!(said("no holes"), is_closed && !area.holes.is_empty());
         }
     }
 }
@@ -235,19 +282,19 @@ fn a_plan_says_how_long_to_stay_and_where_the_lines_of_a_survey_end() {
     let text = "name = \"m\"\norder = \"free\"\n[[objective]]\nname = \"look\"\nheight_m = 30\nflying = true\ndwell_s = 9\n\
                 survey = { corners_m = [[100, 0], [300, 0], [300, 60], [100, 60]], spacing_m = 30 }\n\
                 [[objective]]\nname = \"home\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n\
-                dwell_s = 5\nafter = [\"look\"]\noptional = true\nworth = 1.0\nreach_within_s = 900\n";
+                dwell_s = 5\nactions = [\"smile\"]\nafter = [\"look\"]\noptional = true\nworth = 1.0\nreach_within_s = 900\n";
     let mission = Mission::read(&source("m.toml", text)).unwrap_or_else(|it| panic!("{it}"));
     let (plan, notes) = written(&mission, Target::Plan);
     let found: Vec<_> =
         back(&plan).objectives.iter().map(|it| format!("{} {}", it.position, it.terms.dwell.as_secs())).collect();
-    assert_eq!(found, ["(100, 15, 30) 0", "(300, 15, 30) 0", "(300, 45, 30) 0", "(100, 45, 30) 9", "(0, 0, 0) 0"]);
+    assert_eq!(found, ["(100, 15, 30) 0", "(300, 15, 30) 0", "(300, 45, 30) 0", "(100, 45, 30) 9", "(0, 0, 0) 5"]);
     let lost: Vec<_> = notes.iter().filter(|it| !it.contains("the name of")).map(String::as_str).collect();
     let expected = [
         "look: a survey is written as the ends of its lines",
+        "home: action `smile` is not a command of MAVLink: left out",
         "home: that it may be left out has no counterpart in a plan: left out",
         "home: what comes before it has no counterpart in a plan: left out",
         "home: its time limit has no counterpart in a plan: left out",
-        "home: how long the vehicle stays on the ground has no counterpart in a plan: left out",
         "order: that the order is free has no counterpart: it becomes the order of the file",
     ];
     assert_eq!(lost, expected);
@@ -258,10 +305,8 @@ fn the_sample_plan_comes_back_as_it_was_read() {
     let first = back(PLAN);
     let again = back(&written(&first, Target::Plan).0);
     assert!(first.objectives.iter().zip(&again.objectives).all(|(a, b)| a.position.distance_m(b.position) < NEAR_M));
-    assert!(
-        first.areas.iter().zip(&again.areas).all(|(a, b)| is_same_ring(&a.corners, &b.corners)),
-        "{first:?} {again:?}"
-    );
+    assert!(first.areas.iter().zip(&again.areas).all(|(a, b)| are_same_rings(a, b)), "{first:?} {again:?}");
+    assert_eq!(first.areas[0].holes.len(), 1);
     assert_eq!((first.objectives.len(), first.areas.len()), (again.objectives.len(), again.areas.len()));
 }
 
@@ -273,8 +318,7 @@ fn a_drop_is_a_release_after_its_waypoint() {
                 [[objective]]\nname = \"home\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n";
     let mission = Mission::read(&source("m.toml", text)).unwrap_or_else(|it| panic!("{it}"));
     let (plan, notes) = written(&mission, Target::Plan);
-    let drops: Vec<_> = back(&plan).objectives.iter().map(|it| (it.flying, it.terms.drop)).collect();
-    assert_eq!(drops, [(true, true), (true, true), (false, false)]);
-    let said = "look: a stay after a drop has no counterpart in a plan, which holds before it releases";
-    assert_eq!(notes.iter().filter(|it| it.contains("drop")).collect::<Vec<_>>(), [said]);
+    let drops: Vec<_> = back(&plan).objectives.iter().map(|it| (it.terms.drop, it.terms.dwell.as_secs())).collect();
+    assert_eq!(drops, [(true, 0), (true, 9), (false, 0)]);
+    assert!(notes.iter().all(|it| it.contains("the name of") || it.contains("origin")), "{notes:?}");
 }

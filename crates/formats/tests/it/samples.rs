@@ -11,12 +11,15 @@ pub(super) const GEO_JSON: &str = include_str!("samples/areas.geojson");
 pub(super) const KML: &str = include_str!("samples/areas.kml");
 
 /// A line for each area: what it is, its heights and its times.
-fn in_words(areas: &[Area]) -> Vec<String> {
+pub(super) fn in_words(areas: &[Area]) -> Vec<String> {
     let line = |area: &Area| {
         let kind = if area.kind == AreaKind::Permission { "permission" } else { "keep-out" };
         let (floor, ceiling) = (area.floor_m, area.ceiling_m);
         let window = (area.from_utc_ms, area.until_utc_ms);
-        format!("{}: {kind}, {} corners, {floor:?} to {ceiling:?}, {window:?}", area.name, area.corners.len())
+        let in_holes: usize = area.holes.iter().map(Vec::len).sum();
+        let in_holes = if in_holes == 0 { String::new() } else { format!(" and {in_holes} in holes") };
+        let corners = area.corners.len();
+        format!("{}: {kind}, {corners} corners{in_holes}, {floor:?} to {ceiling:?}, {window:?}", area.name)
     };
     areas.iter().map(line).collect()
 }
@@ -48,12 +51,10 @@ fn a_plan_becomes_objectives_and_areas() {
     let sites: Vec<_> =
         mission.sites.iter().map(|it| format!("{} {} {}", it.name, it.position, it.kind.word())).collect();
     assert_eq!(sites, ["rally 1 (0, -131, 0) landing"]);
-    let areas: Vec<_> = mission.areas.iter().map(|it| (it.name.as_str(), it.kind, it.corners.len())).collect();
-    // The circle has 24 sides; each half of the frame is a C of eight corners.
-    assert_eq!(
-        areas,
-        [("fence 1", AreaKind::KeepOut, 8), ("fence 1 2", AreaKind::KeepOut, 8), ("fence 2", AreaKind::KeepOut, 24)]
-    );
+    let corners = |it: &Area| it.rings().map(<[_]>::len).collect::<Vec<_>>();
+    let areas: Vec<_> = mission.areas.iter().map(|it| (it.name.as_str(), it.kind, corners(it))).collect();
+    // The circle has 24 sides; what is round the other fence has that as a hole.
+    assert_eq!(areas, [("fence 1", AreaKind::KeepOut, vec![4, 4]), ("fence 2", AreaKind::KeepOut, vec![24])]);
     assert_eq!(
         notes(&assembled),
         "\
@@ -61,13 +62,16 @@ fn a_plan_becomes_objectives_and_areas() {
 /mission/hoverSpeed: the configuration says how fast a vehicle flies: not read
 /mission/firmwareType: the mission is flown by any vehicle: not read
 /mission/vehicleType: the mission is flown by any vehicle: not read
-/mission/items/0: the planner takes off by itself: no objective
-/mission/items/2: command 178 has no counterpart: left out
+/mission/items/0: the planner takes off by itself, and climbs to the height of the next place: no objective
+/mission/items/2: kept, not flown yet: a command to camera, gimbal, speed or other payload
 /mission/items/3: not read as a survey, since its polygon or its camera is missing
 /mission/items/3: a pattern is read as its items, which QGroundControl has made
-/mission/items/3/TransectStyleComplexItem/Items/1: command 206 has no counterpart: left out
-/rallyPoints/points/0: a rally point is read as a site on the ground, as high as the take-off point; how high to fly there is not read
-/geoFence/polygons/0: a fence to stay inside is read as keep-out areas round it, 500 m wide
+/mission/items/3/TransectStyleComplexItem/Items/1: kept, not flown yet: a command to camera, gimbal, speed or other payload
+/mission/items/5: no takeoff stands between the landing before it and it: an autopilot may stay on the ground there, the planner takes off
+/rallyPoints/points/0: a rally point is read as a site on the ground; how high to fly there is not read
+/geoFence/polygons/0: a fence to stay inside is read as a keep-out area all round it
+/mission/items/4: the ground there is not known: it counts as high as the take-off point; see --ground
+/rallyPoints/points/0: the ground there is not known: it counts as high as the take-off point; see --ground
 "
     );
 }
@@ -78,7 +82,7 @@ fn a_release_and_a_load_to_be_placed_become_drops() {
     #[track_caller]
     fn check(items: &str, expected: &[bool], said: &str) {
         let text = format!(
-            r#"{{"fileType": "Plan", "mission": {{"plannedHomePosition": [54, 6.6, 20], "items": [
+            r#"{{"fileType": "Plan", "version": 1, "mission": {{"version": 2, "plannedHomePosition": [54, 6.6, 20], "items": [
             {{"type": "SimpleItem", "command": 16, "frame": 3, "params": [0, 0, 0, null, 54.001, 6.6, 40]}}{items}]}}}}"#
         );
         let assembled =
@@ -95,12 +99,12 @@ fn a_release_and_a_load_to_be_placed_become_drops() {
     check(
         grab,
         &[false],
-        "/mission/items/1: a gripper that does anything else than release has no counterpart: left out\n",
+        "/mission/items/1: kept, not flown yet: a command to camera, gimbal, speed or other payload\n",
     );
     check(
         &[release, release].concat(),
         &[true],
-        "/mission/items/2: a second release at a place has no counterpart: left out\n",
+        "/mission/items/2: kept, not flown yet: a command to camera, gimbal, speed or other payload\n",
     );
     check(
         place,
@@ -110,12 +114,13 @@ fn a_release_and_a_load_to_be_placed_become_drops() {
     check(
         &[land, release].concat(),
         &[false, false],
-        "/mission/items/2: a release that follows no place in flight has no counterpart: left out\n",
+        "/mission/items/2: kept, not flown yet: a command to camera, gimbal, speed or other payload\n\
+         /mission/items/1: the ground there is not known: it counts as high as the take-off point; see --ground\n",
     );
 }
 
 /// A survey of a field of 200 m by 90 m, as QGroundControl writes it.
-const SURVEY: &str = r#"{"fileType": "Plan", "mission": {"plannedHomePosition": [54, 6.6, 20], "items": [{
+const SURVEY: &str = r#"{"fileType": "Plan", "version": 1, "mission": {"version": 2, "plannedHomePosition": [54, 6.6, 20], "items": [{
     "type": "ComplexItem", "complexItemType": "survey", "version": 5, "angle": 0, "entryLocation": 0,
     "flyAlternateTransects": false, "splitConcavePolygons": false,
     "polygon": [[54.0009, 6.6], [54.0027, 6.6], [54.0027, 6.60137], [54.0009, 6.60137]],
@@ -177,22 +182,19 @@ fn zones_of_ed_269_become_areas() {
         &[
             // 150 m above sea level are 130 m above the take-off point.
             "HBR001: keep-out, 24 corners, None to Some(130.0), (None, None)",
-            // From the first of April 2026 to the last of October 2027.
-            "HBR002: permission, 4 corners, None to None, (Some(1775001600000), Some(1824940800000))",
+            // The summers of 2026 and 2027.
+            "HBR002: permission, 4 corners and 3 in holes, None to None, (Some(1775001600000), Some(1793491199000))",
+            "HBR002 2: permission, 4 corners and 3 in holes, None to None, (Some(1806537600000), Some(1824940800000))",
             "HBR003: permission, 4 corners, None to None, (None, None)",
         ],
         "\
-/title: not needed: not read
-/UASZoneList/1/applicability/1: a second period has no counterpart: the area applies from the first to the last
-/UASZoneList/1/applicability/0/schedule: another period has no schedule: the area applies at all hours
-/UASZoneList/1/geometry/0/horizontalProjection/coordinates/1: a hole has no counterpart: it is filled, the area covers it
-/UASZoneList/2: field `colour` is not in the format: not read
+/UASZoneList/2/colour: a field that is not in the format: not read
 /UASZoneList/2/restriction: conditions cannot be checked on board: the area needs a permission
 /UASZoneList/2/geometry/0/horizontalProjection/coordinates/0: the ring does not end where it begins: it is closed
 /UASZoneList/2/geometry/0/horizontalProjection/coordinates/0: the corners run clockwise, against RFC 7946: read all the same
 /UASZoneList/3/restriction: a zone without restriction has no counterpart: left out
-/UASZoneList/1/geometry/0: its lower limit is above the ground, whose height is not known: it begins at the ground; see --relief
-/UASZoneList/1/geometry/0: its upper limit is above the ground, whose height is not known: it has no upper limit; see --relief
+/UASZoneList/1/geometry/0: its lower limit is above the ground, whose height is not known: it begins at the ground; see --ground and --relief
+/UASZoneList/1/geometry/0: its upper limit is above the ground, whose height is not known: it has no upper limit; see --ground and --relief
 /UASZoneList/4/geometry/0: it lies more than 100 km from the take-off point: left out
 ",
     );
@@ -226,10 +228,7 @@ fn zones_of_ed_318_become_areas() {
             "HB318B: permission, 4 corners, None to None, (None, None)",
         ],
         "\
-/name: not needed: not read
-/metadata: not needed: not read
 /features/1/properties/type: U-space needs an authorised flight: the area needs a permission
-/features/1/properties/limitedApplicability/0/schedule/0: sunrise and sunset have no fixed hour: the area applies on the whole day, and on the day after it
 /features/0/geometry/geometries/0: its upper limit is above the ellipsoid: converted with the most that the geoid differs from it
 ",
     );
@@ -247,11 +246,38 @@ fn polygons_of_geojson_become_areas() {
             "feature 1: keep-out, 4 corners, None to None, (None, None)",
         ],
         "\
-/features/1/properties: field `owner` is not in the format: not read
+/features/1/properties/owner: a field that is not in the format: not read
 /features/1: a polygon without `kind`: read as a keep-out area, the safe side
-/features/2/geometry: LineString without `kind` has no counterpart: left out
 ",
     );
+}
+
+/// What has a place and no word on what it is: a mistake in a mission, a note among areas.
+#[test]
+fn a_point_becomes_a_circle_if_it_says_how_large() {
+    let file = |geometry: &str, properties: &str| {
+        format!(r#"{{"type": "Feature", "properties": {{{properties}}}, "geometry": {geometry}}}"#)
+    };
+    let point = r#"{"type": "Point", "coordinates": [6.61, 54.0]}"#;
+    let line = r#"{"type": "LineString", "coordinates": [[6.6, 54.0], [6.7, 54.0]]}"#;
+    let collection = format!(r#"{{"type": "GeometryCollection", "geometries": [{point}, {line}]}}"#);
+    let circle = import("a.geojson", &file(point, r#""radius": 100"#), &settings()).unwrap();
+    assert_eq!(in_words(&mission(&circle).areas), ["feature 0: keep-out, 24 corners, None to None, (None, None)"]);
+    for (geometry, expected) in [
+        (point, "a.geojson: /geometry: a Point without `kind`\n  help: say what it is"),
+        (line, "a.geojson: /geometry: a LineString without `kind`"),
+        (&collection, "a.geojson: /geometry/geometries/0/geometry: a Point without `kind`"),
+    ] {
+        let text = file(geometry, "");
+        let told = import("a.geojson", &text, &settings()).unwrap_err().to_string();
+        assert!(told.starts_with(expected), "{told}");
+        let areas = [formats::read(&source("a.geojson", &text)).unwrap()];
+        let mission = formats::read(&source("quay.plan", PLAN)).unwrap();
+        let read = assemble(&mission, &areas, &Settings { allow_empty: true, ..settings() }).unwrap();
+        assert!(notes(&read).contains("without a radius: left out"), "{}", notes(&read));
+    }
+    let told = import("a.geojson", &file(line, r#""radius": 100"#), &settings()).unwrap_err().to_string();
+    assert!(told.starts_with("a.geojson: /geometry: LineString with a radius"), "{told}");
 }
 
 #[test]
@@ -266,7 +292,7 @@ fn polygons_of_kml_become_areas() {
         ],
         "\
 line 4 column 5: a placemark without `kind`: read as a keep-out area, the safe side
-line 27 column 9: Point has no counterpart: left out
+line 27 column 9: a Point beside a polygon is its label: left out
 ",
     );
 }
@@ -278,7 +304,7 @@ fn a_mission_is_made_of_several_files() {
     let assembled = assemble(&read("quay.plan", PLAN), &files, &settings()).unwrap_or_else(|it| panic!("{it}"));
     let mission = mission(&assembled);
     let names: Vec<_> = mission.areas.iter().map(|it| it.name.as_str()).collect();
-    assert_eq!(names, ["fence 1", "fence 1 2", "fence 2", "HBR001", "HBR002", "HBR003", "crane", "gate"]);
+    assert_eq!(names, ["fence 1", "fence 2", "HBR001", "HBR002", "HBR002 2", "HBR003", "crane", "gate"]);
     assert_eq!((mission.name.as_str(), mission.objectives.len()), ("sample", 4));
     assert!(assembled.text.starts_with("# Made by `kittiwake mission import` from quay.plan, z.json, a.kml.\n"));
 }

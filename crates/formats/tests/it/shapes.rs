@@ -87,6 +87,83 @@ fn a_fence_of_any_shape_is_surrounded() {
     check(&areas, 54.0, 6.643, true);
     check(&areas, 54.012, 6.61, true);
     check(&areas, 54.0, 6.578, true);
+    // Far outside too: a vehicle there flies back in.
+    check(&areas, 54.3, 6.6, true);
+    check(&areas, 54.0, 5.2, true);
+}
+
+/// An area of this border and these holes, in degrees of longitude and latitude.
+#[track_caller]
+fn holed(border: &str, holes: &[&str]) -> (domain::area::Area, String) {
+    let rings = [&[border], holes].concat().join(", ");
+    let text = format!(
+        r#"{{"type": "Feature", "properties": {{"kind": "keep-out"}}, "geometry": {{"type": "Polygon", "coordinates": [{rings}]}}}}"#
+    );
+    let assembled = import("a.geojson", &text, &settings()).unwrap_or_else(|it| panic!("{it}"));
+    (mission(&assembled).areas[0].clone(), notes(&assembled))
+}
+
+const BORDER: &str = "[[6.5, 53.95], [6.7, 53.95], [6.7, 54.05], [6.5, 54.05], [6.5, 53.95]]";
+/// Round the take-off point.
+const HOME: &str = "[[6.58, 53.99], [6.58, 54.01], [6.62, 54.01], [6.62, 53.99], [6.58, 53.99]]";
+
+#[test]
+fn holes_are_kept_and_those_that_cannot_be_are_filled_and_listed() {
+    #[track_caller]
+    fn check(holes: &[&str], kept: usize, said: &str) {
+        let (area, notes) = holed(BORDER, holes);
+        assert_eq!((area.holes.len(), notes.as_str()), (kept, said));
+        assert!(!area.contains(Ned::default()) && area.contains(Ned::new(0.0, 3_000.0, 0.0)));
+    }
+    let other = "[[6.64, 54.0], [6.64, 54.001], [6.65, 54.001], [6.64, 54.0]]";
+    check(&[HOME], 1, "");
+    check(&[HOME, other], 2, "");
+    let at = "/geometry/coordinates";
+    let touches = format!("{at}: a hole that crosses or touches a border: filled, the area covers it\n");
+    check(&[HOME, "[[6.69, 54.0], [6.71, 54.0], [6.69, 54.001], [6.69, 54.0]]"], 1, &touches);
+    check(&[HOME, "[[6.62, 54.01], [6.63, 54.01], [6.63, 54.02], [6.62, 54.01]]"], 1, &touches);
+    check(&[HOME, "[[6.64, 54.0], [6.65, 54.002], [6.65, 54.0], [6.64, 54.001], [6.64, 54.0]]"], 1, &touches);
+    let small = format!("{at}: a hole of less than a square metre: filled, the area covers it\n");
+    check(&[HOME, "[[6.64, 54.0], [6.640001, 54.0], [6.64, 54.000001], [6.64, 54.0]]"], 1, &small);
+    let none = format!("{at}/2: a hole: filled, the area covers it (a ring of 2 different corners has no area)\n");
+    check(&[HOME, "[[6.64, 54.0], [6.65, 54.001], [6.64, 54.0]]"], 1, &none);
+}
+
+#[test]
+fn a_zone_without_end_round_a_hole_is_near_if_the_hole_is() {
+    let (area, notes) = holed("[[0.0, 50.0], [13.0, 50.0], [13.0, 58.0], [0.0, 58.0], [0.0, 50.0]]", &[HOME]);
+    assert!(!area.contains(Ned::default()) && area.contains(Ned::new(0.0, 3_000.0, 0.0)));
+    assert_eq!((area.corners.len(), area.holes.len()), (4, 1), "{notes}");
+    assert!(notes.contains("it is cut off 140 km"), "{notes}");
+}
+
+#[test]
+fn holes_of_kml_are_kept() {
+    let ring = |corners: &str| format!("<LinearRing><coordinates>{corners}</coordinates></LinearRing>");
+    let outer = ring("6.5,53.95 6.7,53.95 6.7,54.05 6.5,54.05 6.5,53.95");
+    let home = ring("6.58,53.99 6.58,54.01 6.62,54.01 6.62,53.99 6.58,53.99");
+    let other = ring("6.64,54.0 6.64,54.001 6.65,54.001 6.64,54.0");
+    for inner in [
+        format!("<innerBoundaryIs>{home}</innerBoundaryIs><innerBoundaryIs>{other}</innerBoundaryIs>"),
+        format!("<innerBoundaryIs>{home}{other}</innerBoundaryIs>"),
+    ] {
+        let text = format!(
+            "<kml><Placemark><name>p</name><Polygon><outerBoundaryIs>{outer}</outerBoundaryIs>{inner}</Polygon></Placemark></kml>"
+        );
+        let assembled = import("a.kml", &text, &settings()).unwrap_or_else(|it| panic!("{it}"));
+        assert_eq!(mission(&assembled).areas[0].holes.len(), 2, "{}", notes(&assembled));
+    }
+}
+
+#[test]
+fn a_fence_wider_than_a_mission_keeps_it_from_what_is_near() {
+    // To the north as far as 55.5 degrees, to the south for 5 km.
+    let plan = r#"{"fileType": "Plan", "mission": {"items": []}, "geoFence": {"polygons": [{"inclusion": true,
+        "polygon": [[53.95, 6.0], [53.95, 7.2], [55.5, 7.2], [55.5, 6.0]]}]}}"#;
+    let areas = mission(&import("q.plan", plan, &settings()).unwrap()).areas;
+    let is_closed = |north_m: f64, east_m: f64| areas.iter().any(|it| it.contains(Ned::new(north_m, east_m, 0.0)));
+    assert!(!is_closed(0.0, 0.0) && !is_closed(90_000.0, 0.0));
+    assert!(is_closed(-6_000.0, 0.0) && is_closed(0.0, 50_000.0) && is_closed(90_000.0, -50_000.0));
 }
 
 #[test]

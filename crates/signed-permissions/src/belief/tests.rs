@@ -15,16 +15,8 @@ fn tower() -> SecretKey {
 
 /// A permission area of this name and size.
 fn area(name: &str, size_m: f64) -> Area {
-    Area {
-        name: name.into(),
-        kind: AreaKind::Permission,
-        corners: [(0.0, 0.0), (size_m, 0.0), (0.0, size_m)].map(|(north, east)| Ned::new(north, east, 0.0)).to_vec(),
-        floor_m: None,
-        ceiling_m: Some(50.0),
-        from_utc_ms: None,
-        until_utc_ms: None,
-        hours: None,
-    }
+    let corners = [(0.0, 0.0), (size_m, 0.0), (0.0, size_m)].map(|(north, east)| Ned::new(north, east, 0.0)).to_vec();
+    Area { ceiling_m: Some(50.0), ..Area::new(name, AreaKind::Permission, corners) }
 }
 
 /// Of a vehicle in flight `f1`, in whose mission there is an area A.

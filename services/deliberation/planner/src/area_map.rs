@@ -1,5 +1,5 @@
-//! What of a mission's areas does not depend on the time, kept between plans: their outlines, where they lie, the corners that ways
-//! turn at, and the legs that were looked at.
+//! What of a mission's areas does not depend on the time, kept between plans: their outlines, where they lie, the rings grown by
+//! the margin at whose corners ways turn, and the legs that were looked at.
 //!
 //! It only ever remembers what would be computed again, so a planner that has kept one answers as one that has not.
 
@@ -7,7 +7,7 @@ use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 use domain::area::Area;
-use domain::corners::{Corner, corners};
+use domain::corners::{GrownRing, grown};
 use domain::geometry::Ned;
 use domain::outline::Outline;
 use rstar::primitives::{GeomWithData, Rectangle};
@@ -32,8 +32,8 @@ type Placed = GeomWithData<Rectangle<[f64; 2]>, usize>;
 struct MappedArea {
     area: Area,
     outline: Outline,
-    /// Grown by the margins of [`MARGINS`], in the same order.
-    corners: [OnceCell<Vec<Corner>>; 2],
+    /// Its rings, grown by the margins of [`MARGINS`], in the same order.
+    grown: [OnceCell<Vec<GrownRing>>; 2],
 }
 
 /// The distances to borders that a way is searched with, in parts of the margin: where there is no way that keeps it, half of it is
@@ -86,10 +86,10 @@ impl AreaMap {
         &self.areas[area].outline
     }
 
-    /// The corners of an area, grown by `margin_m`, which is that part of the margin.
-    pub(crate) fn corners(&self, area: usize, part: usize, margin_m: f64) -> &[Corner] {
-        let MappedArea { area, corners: kept, .. } = &self.areas[area];
-        kept[part].get_or_init(|| corners(&area.corners, margin_m))
+    /// The rings of an area, grown by `margin_m`, which is that part of the margin.
+    pub(crate) fn grown(&self, area: usize, part: usize, margin_m: f64) -> &[GrownRing] {
+        let MappedArea { area, grown: kept, .. } = &self.areas[area];
+        kept[part].get_or_init(|| grown(area, margin_m))
     }
 
     /// The areas whose bounding box is no farther than `distance_m` from the straight way, in no order.
@@ -107,7 +107,7 @@ impl AreaMap {
 
 impl MappedArea {
     fn new(area: &Area) -> MappedArea {
-        MappedArea { area: area.clone(), outline: Outline::new(area), corners: Default::default() }
+        MappedArea { area: area.clone(), outline: Outline::new(area), grown: Default::default() }
     }
 }
 

@@ -37,6 +37,7 @@ mod grant_lengths;
 mod hold;
 mod mission_planner;
 mod mission_request;
+mod new_airspace;
 mod objectives;
 mod ordering;
 mod permissions;

@@ -368,6 +368,7 @@ impl MissionPlanner {
             order: self.mission.order,
             sites: self.mission.sites.clone(),
             origin: self.mission.origin,
+            feeds: self.mission.feeds.clone(),
         }
     }
 

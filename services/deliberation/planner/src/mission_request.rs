@@ -7,7 +7,7 @@
 //! Once the mission has ended another one can be uploaded while the vehicle stands on the ground: it waits there for an operator's order.
 
 use domain::energy::Wind;
-use domain::file::{LARGEST_BYTES, Source};
+use domain::file::{LARGEST_BYTES, Mistakes, Source};
 use domain::mission::bounds::MOST_OBJECTIVES;
 use domain::mission::terms::Order;
 use domain::mission::{Mission, Objective, Progress};
@@ -18,6 +18,7 @@ use crate::alternates::with_alternates;
 use crate::forecast::{Forecast, MissionForecast};
 use crate::mission_planner::MissionPlanner;
 use crate::mission_planner::origin::Misfit;
+use crate::new_airspace;
 
 /// What is asked.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +29,13 @@ pub(crate) enum MissionRequest {
     Validate(String, Option<Wind>),
     /// The mission in this text takes the place of the present one.
     Upload(String),
+    /// The areas of the mission in this text that came from feeds take the place of the present ones, or are only tried.
+    Airspace {
+        /// The text.
+        text: String,
+        /// Nothing is changed.
+        is_tried: bool,
+    },
     /// Another objective, at this place in the list.
     Insert(usize, Objective),
     /// Take out the objective with this name.
@@ -109,6 +117,11 @@ pub(crate) fn answer(
         MissionRequest::Upload(text) if !end.why.is_empty() || planner.is_over() => {
             upload_for_next_flight(planner, &text, state, end, now)
         }
+        MissionRequest::Airspace { .. } if end.is_of_this_mission() || planner.is_over() => {
+            let why = if end.why.is_empty() { "the mission is over: every objective is settled" } else { &end.why };
+            Err(Refusal::new(format!("{why}: upload the next mission with the new airspace")))
+        }
+        MissionRequest::Airspace { text, is_tried } => new_airspace::adopt(planner, &text, is_tried, state, now),
         MissionRequest::Insert(..) if end.is_of_this_mission() => {
             Err(Refusal::new(format!("{}: nobody would fly it", end.why)))
         }
@@ -136,13 +149,7 @@ fn validate(
     if LARGEST_BYTES < text.len() as u64 {
         return Err(Refusal::new(format!("the text has {} bytes, more than the limit of {LARGEST_BYTES}", text.len())));
     }
-    let mission = Mission::read(&Source { path: "mission".into(), text: text.to_owned() }).map_err(|mistakes| {
-        let least = if mistakes.is_full() { "at least " } else { "" };
-        let mistakes: Vec<String> = mistakes.0.iter().map(|mistake| mistake.to_string()).collect();
-        let plural = if mistakes.len() == 1 { "" } else { "s" };
-        let text = format!("{least}{} mistake{plural} in the text", mistakes.len());
-        Refusal { text, mistakes, ..Refusal::default() }
-    })?;
+    let mission = Mission::read(&source(text)).map_err(mistakes_in_text)?;
     match planner.misfit(mission.origin) {
         // On the ground the mission waits until the vehicle knows its place.
         Some(Misfit::Unknown) if !state.flying => {}
@@ -163,8 +170,21 @@ fn validate(
     Ok((mission, Done { text, forecast: Some(Box::new(forecast)) }))
 }
 
+/// The text as a file.
+pub(crate) fn source(text: &str) -> Source {
+    Source { path: "mission".into(), text: text.to_owned() }
+}
+
+pub(crate) fn mistakes_in_text(mistakes: Mistakes) -> Refusal {
+    let least = if mistakes.is_full() { "at least " } else { "" };
+    let mistakes: Vec<String> = mistakes.0.iter().map(|mistake| mistake.to_string()).collect();
+    let plural = if mistakes.len() == 1 { "" } else { "s" };
+    let text = format!("{least}{} mistake{plural} in the text", mistakes.len());
+    Refusal { text, mistakes, ..Refusal::default() }
+}
+
 /// Why a mission with this forecast is not to be flown, if so.
-fn not_flown(forecast: &MissionForecast) -> Option<String> {
+pub(crate) fn not_flown(forecast: &MissionForecast) -> Option<String> {
     let unreachable = words_of(forecast.objectives.iter().filter(|it| it.worth.is_none()));
     unreachable.or_else(|| Some(format!("the mission {}", forecast.shortfall()?)))
 }
@@ -183,6 +203,7 @@ fn words_of<'a>(forecast: impl Iterator<Item = &'a Forecast>) -> Option<String> 
 fn upload(planner: &mut MissionPlanner, text: &str, state: &State, now: Now) -> Result<Done, Refusal> {
     let (mission, done) = validate(planner, text, None, state, now)?;
     let text = format!("`{}` takes the place of `{}`", mission.name, planner.mission().name);
+    let text = new_airspace::with_feeds(text, planner.mission(), &mission, now);
     let text = planner.with_wind(text, &mission);
     planner.take_over(mission);
     Ok(Done { text, ..done })
@@ -203,7 +224,9 @@ fn upload_for_next_flight(
         return Err(Refusal::new(format!("{why}: nobody would fly it; upload it once {once}")));
     }
     let (mission, done) = validate(planner, text, None, state, now)?;
-    let text = planner.with_wind(format!("`{}` waits for an operator's start", mission.name), &mission);
+    let text = format!("`{}` waits for an operator's start", mission.name);
+    let text = new_airspace::with_feeds(text, planner.mission(), &mission, now);
+    let text = planner.with_wind(text, &mission);
     planner.take_over(mission);
     Ok(Done { text, ..done })
 }

@@ -53,13 +53,14 @@ pub(crate) fn persist(planner: &MissionPlanner, configured: &str) -> Persisted {
 /// # Errors
 /// Why the state cannot be used; nothing is changed then.
 pub(crate) fn resume(planner: &mut MissionPlanner, persisted: Persisted) -> Result<(), UnusableState> {
-    let PlannerStatus { mission, objectives, areas, sites, revision, epoch, order, origin, .. } = persisted.status;
+    let PlannerStatus { mission, objectives, areas, sites, revision, epoch, order, origin, feeds, .. } =
+        persisted.status;
     if objectives.is_empty() {
         return Err(UnusableState::Empty);
     }
     let past: Vec<Objective> = objectives.into_iter().map(objective).collect::<Result<_, _>>()?;
     let objectives = past.iter().map(|it| it.objective()).collect();
-    let mission = Mission { name: mission, objectives, areas, order, sites, origin };
+    let mission = Mission { name: mission, objectives, areas, order, sites, origin, feeds };
     planner.go_on(
         mission,
         Objectives::with_past(past),

@@ -23,6 +23,8 @@ pub(crate) fn mission_request(request: v1::MissionRequest) -> Result<(Option<Sta
         Some(Request::Read(_)) => MissionRequest::Read,
         Some(Request::Validate(it)) => MissionRequest::Validate(it.text, it.wind.map(wind).transpose()?),
         Some(Request::Upload(it)) => MissionRequest::Upload(it.text),
+        Some(Request::ValidateAirspace(it)) => MissionRequest::Airspace { text: it.text, is_tried: true },
+        Some(Request::AdoptAirspace(it)) => MissionRequest::Airspace { text: it.text, is_tried: false },
         Some(Request::Insert(it)) => MissionRequest::Insert(it.index as usize, objective(it.objective)?),
         Some(Request::Remove(it)) => MissionRequest::Remove(it.name),
         Some(Request::Skip(it)) => MissionRequest::Skip { objective: it.name, operator },

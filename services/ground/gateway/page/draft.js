@@ -4,18 +4,18 @@
 const NUMBER = "[-+]?[\\d_]+(?:\\.[\\d_]+)?(?:[eE][-+]?\\d+)?";
 /** An objective or a site: two keys that follow one another. */
 const POINT = new RegExp(`^([ \\t]*north_m[ \\t]*=[ \\t]*)(${NUMBER})([^\\n]*\\n[ \\t]*east_m[ \\t]*=[ \\t]*)(${NUMBER})`, "gm");
-/** The outline of an area or of a survey, over as many lines as it has. */
-const OUTLINE = /corners_m\s*=\s*\[((?:[^[\]]*\[[^[\]]*\])*)/g;
+/** The outline of an area or of a survey, or the holes of an area, over as many lines as there are. */
+const RINGS = /(?:corners|holes)_m\s*=\s*\[((?:[^[\]]*\[(?:[^[\]]*\[[^[\]]*\])*[^[\]]*\])*)/g;
 const CORNER = new RegExp(`(\\[\\s*)(${NUMBER})(\\s*,\\s*)(${NUMBER})`, "g");
 
 /** Every place in the text: where it is, whether it is a corner, and where its two numbers stand. */
 export function placesIn(text) {
   const points = [...text.matchAll(POINT)].map((it) => place(it, it.index, false));
-  const outlines = [...text.matchAll(OUTLINE)].flatMap((outline) => {
-    const start = outline.index + outline[0].length - outline[1].length;
-    return [...outline[1].matchAll(CORNER)].map((it) => place(it, start + it.index, true));
+  const corners = [...text.matchAll(RINGS)].flatMap((rings) => {
+    const start = rings.index + rings[0].length - rings[1].length;
+    return [...rings[1].matchAll(CORNER)].map((it) => place(it, start + it.index, true));
   });
-  return [...points, ...outlines].sort((a, b) => a.from - b.from);
+  return [...points, ...corners].sort((a, b) => a.from - b.from);
 }
 
 function place([, before, north, between, east], start, isCorner) {

@@ -41,18 +41,25 @@ function secondsUntilLeft(area) {
   const length = Math.hypot(...span);
   for (let n = LOOKED_AT; n >= 0; n -= 1) {
     const part = n / LOOKED_AT;
-    if (isInside(area.corners, (from.northM ?? 0) + part * span[0], (from.eastM ?? 0) + part * span[1])) return (part * length) / speed;
+    if (isInside(area, (from.northM ?? 0) + part * span[0], (from.eastM ?? 0) + part * span[1])) return (part * length) / speed;
   }
   return null;
 }
 
-/** Whether a place is in a polygon, by the number of its edges east of the place. */
-function isInside(corners, north, east) {
+/** The corners of an area's outline, then those of each hole. */
+export function rings({ corners, holes = [] }) {
+  return [corners, ...holes.map((it) => it.corners)];
+}
+
+/** Whether a place is in an area and outside its holes, by the number of the edges east of the place. */
+function isInside(area, north, east) {
   let inside = false;
-  corners.forEach((a, index) => {
-    const b = corners[(index + 1) % corners.length];
-    const [aN, aE, bN, bE] = [a.northM ?? 0, a.eastM ?? 0, b.northM ?? 0, b.eastM ?? 0];
-    if (aN > north !== bN > north && east < ((bE - aE) * (north - aN)) / (bN - aN) + aE) inside = !inside;
-  });
+  for (const corners of rings(area)) {
+    corners.forEach((a, index) => {
+      const b = corners[(index + 1) % corners.length];
+      const [aN, aE, bN, bE] = [a.northM ?? 0, a.eastM ?? 0, b.northM ?? 0, b.eastM ?? 0];
+      if (aN > north !== bN > north && east < ((bE - aE) * (north - aN)) / (bN - aN) + aE) inside = !inside;
+    });
+  }
   return inside;
 }

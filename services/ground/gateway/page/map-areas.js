@@ -2,10 +2,10 @@
 
 import { store } from "./store.js";
 import { place } from "./map-view.js";
-import { hatch, label, line } from "./map-pen.js";
+import { hatch, label, outline } from "./map-pen.js";
 import { TONES, short } from "./permissions.js";
 import { number } from "./words.js";
-import { awaitedWords, expiryWords } from "./legs.js";
+import { awaitedWords, expiryWords, rings } from "./legs.js";
 
 const WORDS = { REQUESTED: "requested", "": "not requested", UNSPECIFIED: "not requested" };
 
@@ -14,23 +14,23 @@ export function area(pen, it) {
   const keepOut = it.kind === "AREA_KIND_KEEP_OUT";
   const state = short(store.doc.permissions?.find((p) => p.area === it.name)?.state);
   const tone = keepOut ? "bad" : (TONES[state] ?? "muted");
-  const corners = it.corners.map(place);
-  line(context, corners);
-  context.closePath();
+  const border = rings(it).map((ring) => ring.map(place));
+  outline(context, border);
   context.fillStyle = colour(tone);
   context.globalAlpha = state === "GRANTED" || state === "REQUESTED" ? 0.16 : 0.09;
-  context.fill();
-  if (keepOut || tone === "bad" || tone === "warn") hatch(pen, corners, tone, keepOut);
+  context.fill("evenodd");
+  if (keepOut || tone === "bad" || tone === "warn") hatch(pen, border, tone, keepOut);
   context.globalAlpha = 1;
-  line(context, corners);
-  context.closePath();
+  outline(context, border);
   context.strokeStyle = colour(tone);
   context.lineWidth = keepOut ? 2.5 : 1.5;
   context.setLineDash(TONES[state] || keepOut ? [] : [6, 4]);
   context.stroke();
   context.setLineDash([]);
-  const x = Math.min(...corners.map((c) => c[0])) + 8;
-  const y = Math.min(...corners.map((c) => c[1])) + 18;
+  // What is round a hole may end far outside the map: its name stands above the hole.
+  const named = border[1] ?? border[0];
+  const x = Math.min(...named.map((c) => c[0])) + 8;
+  const y = Math.min(...named.map((c) => c[1])) + (border[1] ? -24 : 18);
   label(pen, it.name, x, y, "ink", 700);
   const permission = store.doc.permissions?.find((p) => p.area === it.name);
   const expires = permission ? expiryWords(permission) : "";

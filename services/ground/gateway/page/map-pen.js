@@ -6,6 +6,15 @@ export function line(context, points) {
   points.forEach(([x, y], index) => (index ? context.lineTo(x, y) : context.moveTo(x, y)));
 }
 
+/** A path along closed rings, in pixels. */
+export function outline(context, rings) {
+  context.beginPath();
+  for (const ring of rings) {
+    ring.forEach(([x, y], index) => (index ? context.lineTo(x, y) : context.moveTo(x, y)));
+    context.closePath();
+  }
+}
+
 /** Text with an outline in the colour of the ground, legible on every background. */
 export function label({ context, colour, font, width }, words, x, y, tone = "ink", weight = 600) {
   context.font = `${weight} 14px ${font}`;
@@ -20,15 +29,14 @@ export function label({ context, colour, font, width }, words, x, y, tone = "ink
 }
 
 /** Stripes, because colour alone is not enough for colour-blind operators, and in bright sun. */
-export function hatch({ context, colour }, corners, tone, crossed) {
+export function hatch({ context, colour }, rings, tone, crossed) {
   context.save();
-  line(context, corners);
-  context.closePath();
-  context.clip();
+  outline(context, rings);
+  context.clip("evenodd");
   context.globalAlpha = 0.35;
   context.strokeStyle = colour(tone);
   context.lineWidth = 1;
-  const [xs, ys] = [corners.map((c) => c[0]), corners.map((c) => c[1])];
+  const [xs, ys] = [rings[0].map((c) => c[0]), rings[0].map((c) => c[1])];
   const [left, right, top, bottom] = [Math.max(Math.min(...xs), -100), Math.min(Math.max(...xs), 6000), Math.max(Math.min(...ys), -100), Math.min(Math.max(...ys), 6000)];
   for (let x = left - (bottom - top); x < right; x += 11) {
     line(context, [[x, bottom], [x + bottom - top, top]]);

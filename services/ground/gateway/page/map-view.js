@@ -76,12 +76,15 @@ export function follow(on = !view.follow) {
   changed();
 }
 
+/** The corners of an area that are to be seen: what is round a hole may end far away. */
+const seenOf = ({ corners, holes = [] }) => (holes.length ? holes.flatMap((it) => it.corners) : corners);
+
 /** Fits areas, sites, the mission that is tried out and the vehicle into the view. */
 export function showAll() {
   follow(false);
   const doc = store.doc;
   const tried = (store.whatIf ?? []).flatMap((it) => it.plan?.steps ?? []).map((it) => it.goalState?.position);
-  const points = [{}, vehicle()?.position, ...(doc?.areas ?? []).flatMap((it) => it.corners), ...(doc?.mission?.objectives ?? []).map((it) => it.position), ...(doc?.sites ?? []).map((it) => it.position), ...fleetPositions(), ...tried].filter(Boolean);
+  const points = [{}, vehicle()?.position, ...(doc?.areas ?? []).flatMap(seenOf), ...(doc?.mission?.objectives ?? []).map((it) => it.position), ...(doc?.sites ?? []).map((it) => it.position), ...fleetPositions(), ...tried].filter(Boolean);
   const [north, east] = [points.map((it) => it.northM ?? 0), points.map((it) => it.eastM ?? 0)];
   const [high, low, right, left] = [Math.max(...north), Math.min(...north), Math.max(...east), Math.min(...east)];
   view.north = (high + low) / 2;

@@ -25,7 +25,7 @@ export function missionText(mission) {
   const settled = mission.objectives.filter((it) => it.state !== "OBJECTIVE_STATE_WAITING");
   const lines = ["# Positions are metres from the take-off point; heights are above it."];
   if (settled.length) lines.push(`# Settled and left out: ${settled.map((it) => it.name).join(", ")}.`);
-  lines.push(`name = ${quoted(mission.mission)}`, ...(mission.freeOrder ? ['order = "free"'] : []), "", ...origin(mission.origin), ...waiting.map(among(waiting)).flatMap(objective), ...mission.areas.flatMap(area), ...(mission.sites ?? []).flatMap(site));
+  lines.push(`name = ${quoted(mission.mission)}`, ...(mission.freeOrder ? ['order = "free"'] : []), "", ...origin(mission.origin), ...waiting.map(among(waiting)).flatMap(objective), ...(mission.feeds ?? []).flatMap(feed), ...mission.areas.map(fromFeeds(mission.feeds)).flatMap(area), ...(mission.sites ?? []).flatMap(site));
   return `${lines.join("\n").trimEnd()}\n`;
 }
 
@@ -43,7 +43,7 @@ function among(waiting) {
   return (it) => ({ ...it, after: (it.after ?? []).filter((name) => names.has(name)) });
 }
 
-function objective({ name, position, flying, survey, worth, after, reachWithinS, reachByUtcMs, dwellS, drop }) {
+function objective({ name, position, flying, survey, worth, after, reachWithinS, reachByUtcMs, dwellS, drop, actions = [] }) {
   const place = survey ? [surveyed(survey)] : [`north_m = ${float(position?.northM)}`, `east_m = ${float(position?.eastM)}`];
   return [
     "[[objective]]",
@@ -57,6 +57,7 @@ function objective({ name, position, flying, survey, worth, after, reachWithinS,
     reachByUtcMs == null ? null : `reach_by_utc = ${quoted(utc(reachByUtcMs))}`,
     dwellS ? `dwell_s = ${float(dwellS)}` : null,
     drop ? "drop = true" : null,
+    actions.length ? `actions = [${actions.map(quoted).join(", ")}]` : null,
     "",
   ].filter((it) => it != null);
 }
@@ -64,17 +65,32 @@ function objective({ name, position, flying, survey, worth, after, reachWithinS,
 /** The whole survey: an upload begins it again. */
 function surveyed({ corners, spacingM, headingDeg }) {
   const heading = headingDeg == null ? "" : `, heading_deg = ${float(headingDeg)}`;
-  return `survey = { corners_m = [${corners.map(corner).join(", ")}], spacing_m = ${float(spacingM)}${heading} }`;
+  return `survey = { corners_m = ${ring(corners)}, spacing_m = ${float(spacingM)}${heading} }`;
 }
 
+const ring = (corners) => `[${corners.map(corner).join(", ")}]`;
 const corner = ({ northM, eastM }) => `[${float(northM)}, ${float(eastM)}]`;
 
-function area({ name, kind, corners, floorM, ceilingM, fromUtcMs, untilUtcMs, hoursUtc = [] }) {
+/** The edition of a data set. */
+function feed({ name, provider, issuedUtcMs, validFromUtcMs, validUntilUtcMs }) {
+  const moment = (key, ms) => (ms == null ? null : `${key} = ${quoted(utc(ms))}`);
+  return ["[[feed]]", `name = ${quoted(name)}`, provider ? `provider = ${quoted(provider)}` : null, moment("issued_utc", issuedUtcMs), moment("valid_from_utc", validFromUtcMs), moment("valid_until_utc", validUntilUtcMs), ""].filter((it) => it != null);
+}
+
+/** An area with the name of the feed that it came from. */
+function fromFeeds(feeds = []) {
+  const names = new Map(feeds.flatMap((it) => (it.areas ?? []).map((index) => [index, it.name])));
+  return (it, index) => ({ ...it, feed: names.get(index) });
+}
+
+function area({ name, feed, kind, corners, holes = [], floorM, ceilingM, fromUtcMs, untilUtcMs, hoursUtc = [] }) {
   return [
     "[[area]]",
     `name = ${quoted(name)}`,
+    feed == null ? null : `feed = ${quoted(feed)}`,
     `kind = ${quoted(KINDS[kind])}`,
-    `corners_m = [${corners.map(corner).join(", ")}]`,
+    `corners_m = ${ring(corners)}`,
+    holes.length ? `holes_m = [${holes.map((it) => ring(it.corners)).join(", ")}]` : null,
     floorM == null ? null : `floor_m = ${float(floorM)}`,
     ceilingM == null ? null : `ceiling_m = ${float(ceilingM)}`,
     fromUtcMs == null ? null : `from_utc = ${quoted(utc(fromUtcMs))}`,

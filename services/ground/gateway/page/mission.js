@@ -5,12 +5,14 @@ import { has, store } from "./store.js";
 import { capital, number, permission, sentence } from "./words.js";
 import { objectives } from "./objectives.js";
 import { insertForm } from "./insert.js";
+import { feedLines } from "./feeds.js";
 import { edit } from "./editor.js";
 
 export function mountMission() {
   const body = document.querySelector("#mission .body");
   const all = objectives();
   const insert = insertForm();
+  const feeds = feedLines();
   const editing = h("button", { id: "mission-edit", "aria-pressed": "false", "data-help": "Change the objectives, or try out another mission", click: () => edit(!store.editing) }, "Edit mission");
   const hold = h("p", { class: "note-line", "data-tone": "warn", hidden: true });
   const heading = h("h3", {});
@@ -22,11 +24,12 @@ export function mountMission() {
     steps,
   );
   const report = h("div", { class: "report", id: "report", hidden: true });
-  body.append(all.element, insert.element, h("div", { class: "buttons" }, editing), hold, report, heading, table);
+  body.append(all.element, insert.element, h("div", { class: "buttons" }, editing), hold, report, feeds.element, heading, table);
   return () => {
     const doc = store.doc;
     all.fill();
     insert.fill();
+    feeds.fill();
     attribute(editing, "hidden", !doc || !has("operator"));
     attribute(editing, "aria-pressed", String(store.editing));
     disabledFor(editing, doc?.report && doc.aircraft?.derived?.flying && !store.editing ? "the mission is over: land first" : "");

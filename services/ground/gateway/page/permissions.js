@@ -5,6 +5,7 @@ import { has, isCutOff, store } from "./store.js";
 import { clock, permission, sentence } from "./words.js";
 import { ask, order } from "./orders.js";
 import { awaitedWords, expiryWords } from "./legs.js";
+import { feedsByArea } from "./feeds.js";
 
 /** The tone of each state, here and on the map. */
 export const TONES = { REQUESTED: "warn", GRANTED: "good", DENIED: "bad", REVOKED: "bad", EXPIRED: "old" };
@@ -43,10 +44,11 @@ export function staleness() {
 function cardsOf(doc) {
   const ledger = new Map((doc?.permissions ?? []).map((it) => [it.area, it]));
   const areas = (doc?.areas ?? []).filter((it) => it.kind === "AREA_KIND_PERMISSION").map((it) => it.name);
+  const feeds = feedsByArea(doc);
   const rank = (it) => (URGENCY.indexOf(short(it.state)) + URGENCY.length + 1) % (URGENCY.length + 1);
   return [...new Set([...areas, ...ledger.keys()])]
     .map((area) => ledger.get(area) ?? { area, state: "PERMISSION_STATE_UNSPECIFIED" })
-    .map((it) => ({ ...it, order: it.state.endsWith("UNSPECIFIED") ? 9 : rank(it) }))
+    .map((it) => ({ ...it, feed: feeds.get(it.area), order: it.state.endsWith("UNSPECIFIED") ? 9 : rank(it) }))
     .sort((a, b) => a.order - b.order || a.area.localeCompare(b.area));
 }
 
@@ -71,6 +73,7 @@ function make({ area }) {
     { class: "card", "data-area": area },
     h("div", { class: "card-head" }, h("strong", {}, `Area ${area}`), h("span", { class: "badge", "data-part": "state" }), h("span", { class: "figure muted", "data-part": "until" })),
     h("p", { class: "reason", "data-part": "reason" }),
+    h("p", { class: "muted", "data-part": "feed" }),
     h("div", { class: "buttons", "data-part": "buttons" }, why, ...buttons),
   );
 }
@@ -86,6 +89,8 @@ function fill(card, it) {
   const expires = expiryWords(it);
   attribute(card, "data-expires", expires ? "" : null);
   text(part(card, "reason"), [awaitedWords(it.area), expires, it.reason].filter(Boolean).map(sentence).join(" "));
+  text(part(card, "feed"), it.feed ? `From ${it.feed}` : "");
+  attribute(part(card, "feed"), "hidden", !it.feed);
   attribute(part(card, "buttons"), "hidden", !has("tower"));
   for (const button of card.querySelectorAll("[data-decision]")) {
     // Of a tower that has lost its decisions nothing is granted, and everything can be revoked.

@@ -27,8 +27,11 @@ pub struct Config {
     pub max_event_streams: NonZeroU16,
     /// Wall seconds after which a request without an answer fails. Ours.
     pub request_timeout_s: Seconds<50, 600_000>,
-    /// The most bytes of a request's body. Ours: room for the text of a mission file.
+    /// The most bytes of a request's body. Ours: room for the text of a mission file without data sets.
     pub max_body_bytes: NonZeroU32,
+    /// The same where the body is the text of a mission, which may have the zones of a country; at most 4 MiB, since the bus takes no more.
+    /// A few of those that exceed `max_body_bytes` are read at a time.
+    pub max_mission_bytes: Number<1, 4_194_304>,
     /// Requests per second of wall time that one token may make, and of all clients together that have none. `/`, `/docs`, `/page/*`,
     /// `/openapi.json`, `/healthz` and `/readyz` are not limited. Ours: ten times what a page in busy use needs.
     pub requests_per_s: Positive,

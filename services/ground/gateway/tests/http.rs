@@ -29,11 +29,12 @@ mod restart;
 
 /// Few records and few streams, so that their limits are reached soon; the second status comes late, so that only
 /// events that the test causes follow the first one.
-const CHANGES: [(&str, &str); 6] = [
+const CHANGES: [(&str, &str); 7] = [
     ("history_records = 100", "history_records = 8"),
     // One of them is kept for those who may order.
     ("max_event_streams = 2000", "max_event_streams = 3"),
     ("max_body_bytes = 10000", "max_body_bytes = 1000"),
+    ("max_mission_bytes = 30000", "max_mission_bytes = 1000"),
     ("status_rate_hz = 2.0", "status_rate_hz = 0.001"),
     ("requests_per_s = 0.001", "requests_per_s = 1000.0"),
     ("most_files = 9", "most_files = 0"),

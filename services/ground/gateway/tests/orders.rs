@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use axum::body::Body;
 use axum::http::Request;
+use futures_util::StreamExt as _;
 use kittiwake_proto::topics::{Request as Call, Response};
 use kittiwake_proto::v1;
 use node::CallError;
@@ -156,6 +157,8 @@ async fn each_order_reaches_the_service_it_is_for() {
         ),
         ("POST", "mission/validate", "operator", r#"{"text":"x"}"#, "planner/mission"),
         ("PUT", "mission", "operator", r#"{"text":"x"}"#, "planner/mission"),
+        ("POST", "mission/airspace/validate", "operator", r#"{"text":"x"}"#, "planner/mission"),
+        ("PUT", "mission/airspace", "operator", r#"{"text":"x"}"#, "planner/mission"),
         ("DELETE", "mission/objectives/x", "operator", "", "planner/mission"),
         ("POST", "mission/objectives/x/skip", "operator", "", "planner/mission"),
         ("POST", "simulation/flags", "safety", r#"{"name":"obstacle","raised":true}"#, "monitor/flag"),
@@ -344,6 +347,31 @@ async fn invalid_bodies_are_refused() {
     let body = Body::from_stream(futures_util::stream::iter(chunks));
     assert_eq!(world.request(request.body(body).unwrap()).await.status, 413);
     assert!(world.heard().is_empty());
+}
+
+/// A body of more than `max_body_bytes` takes memory that is shared.
+#[tokio::test(flavor = "multi_thread")]
+async fn the_text_of_a_mission_may_be_longer_and_two_of_them_at_a_time() {
+    let (go, wait) = std::sync::mpsc::channel::<()>();
+    let world = World::with(move |call, _| {
+        let _ = wait.recv();
+        Ok(world::obedient(call))
+    });
+    let validate = format!("{UAV}/mission/validate");
+    let text = |bytes| format!(r#"{{"text":"{}"}}"#, "x".repeat(bytes));
+    let (large, too_large) = (text(20_000), text(30_000));
+    let answer = world.send("POST", &validate, "operator", "k", &too_large).await;
+    let told = "the body has 30011 bytes, more than the limit of 30000";
+    assert!(answer.status == 413 && answer.text.contains(told), "{}", answer.text);
+    let asking = (0..3).map(|_| world.send("POST", &validate, "operator", "k", &large));
+    let mut asking: futures_util::stream::FuturesUnordered<_> = asking.collect();
+    let refused = asking.next().await.unwrap();
+    assert!(refused.status == 429 && refused.text.contains("2 large missions"), "{}", refused.text);
+    drop(go);
+    while let Some(answer) = asking.next().await {
+        assert_eq!(answer.status, 200, "{}", answer.text);
+    }
+    assert_eq!(world.send("POST", &validate, "operator", "k", &large).await.status, 200, "they were given back");
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -532,16 +532,7 @@ impl Rig {
 
 fn far_away(name: &str) -> Area {
     let corner = |(north_m, east_m)| Ned::new(50_000.0 + north_m, 50_000.0 + east_m, 0.0);
-    Area {
-        name: name.into(),
-        kind: AreaKind::Permission,
-        corners: [(0.0, 0.0), (9.0, 0.0), (0.0, 9.0)].map(corner).to_vec(),
-        floor_m: None,
-        ceiling_m: None,
-        from_utc_ms: None,
-        until_utc_ms: None,
-        hours: None,
-    }
+    Area::new(name, AreaKind::Permission, [(0.0, 0.0), (9.0, 0.0), (0.0, 9.0)].map(corner).to_vec())
 }
 
 fn skill(it: &v1::SkillRequest) -> String {

@@ -1,5 +1,7 @@
 //! What operators change in the mission.
 
+use domain::area::Area;
+use domain::feed::Feed;
 use domain::mission::Mission;
 
 use super::MissionPlanner;
@@ -15,6 +17,15 @@ impl MissionPlanner {
         self.objectives = Objectives::new(&mission.objectives);
         (self.mission, self.begun, self.chosen_order) = (mission, None, None);
         self.withdraw_plan();
+    }
+
+    /// Replaces all areas. What was reached stays reached; the plan was made for other areas.
+    pub(crate) fn replace_airspace(&mut self, areas: Vec<Area>, feeds: Vec<Feed>) {
+        let is_same = self.mission.areas == areas;
+        (self.mission.areas, self.mission.feeds) = (areas, feeds);
+        if !is_same {
+            self.withdraw_plan();
+        }
     }
 
     /// What the tower has answered during a flight that is over says nothing of the next one.

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use domain::airspace::{Stay, is_at_heights, stays_within};
 use domain::area::{Area, AreaKind};
-use domain::corners::Corner;
+use domain::corners::GrownRing;
 use domain::geometry::Ned;
 use domain::way::{Exempt, KEPT};
 
@@ -96,9 +96,9 @@ impl<'a> Obstacles<'a> {
         self.among.airspace.zones[zone].area
     }
 
-    /// The corners that ways round a zone turn at.
-    pub(super) fn corners(&self, zone: usize) -> &'a [Corner] {
-        self.among.airspace.map.corners(zone, self.part, self.margin_m)
+    /// The rings of a zone, grown by the margin: ways round it turn at their corners.
+    pub(super) fn grown(&self, zone: usize) -> &'a [GrownRing] {
+        self.among.airspace.map.grown(zone, self.part, self.margin_m)
     }
 
     /// How long the leg between two points takes.

@@ -1,6 +1,6 @@
 //! The points at which a way may turn, climb or descend.
 //!
-//! Round an area a way turns at its corners. Over or under it a way is level, and climbs and descends beside it: where the leg by
+//! Round an area, and in its holes, a way turns at its corners. Over or under it a way is level, and climbs and descends beside it: where the leg by
 //! which the area was met comes to it and leaves it. The heights to try are those of the two ends, and the ones just over and under
 //! the areas that were met.
 
@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use domain::airspace::is_at_heights;
 use domain::area::Area;
-use domain::corners::Corner;
+use domain::corners::{Corner, GrownRing};
 use domain::geometry::Ned;
 use domain::way::{Exempt, Turns, beyond, footholds};
 
@@ -44,7 +44,7 @@ pub(super) struct Nodes<'a> {
     rings: Vec<Ring<'a>>,
 }
 
-/// The corners of an area at one height: nodes that follow each other.
+/// The corners of one ring of an area, its outline or a hole, at one height: nodes that follow each other.
 struct Ring<'a> {
     height_m: f64,
     first: usize,
@@ -192,8 +192,9 @@ impl<'a> Nodes<'a> {
             if heights.is_empty() {
                 continue;
             }
-            let corners = self.obstacles.corners(*zone).iter().map(|it| it.at).collect();
-            let fractions = Area { corners, ..area.clone() }.crossings(a, b);
+            let mut rings = self.obstacles.grown(*zone).iter().map(|it| it.ring.clone());
+            let (corners, holes) = (rings.next().unwrap_or_default(), rings.collect());
+            let fractions = Area { corners, holes, ..area.clone() }.crossings(a, b);
             let mut beside = fractions.into_iter().filter(|it| 0.0 < *it && *it < 1.0);
             let (first, last) = (beside.next(), beside.next_back());
             for place in [first, last].into_iter().flatten().map(|it| a.towards(b, it)) {
@@ -236,15 +237,17 @@ impl<'a> Nodes<'a> {
         if !is_at_heights(self.obstacles.area(zone), level, level, among.airspace.rule.vertical_margin_m) {
             return;
         }
-        let corners = self.obstacles.corners(zone);
-        let extent = |of: fn(&Ned) -> f64| {
-            let all = corners.iter().map(|it| of(&it.at));
-            all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| (it.min(low), it.max(high)))
-        };
-        let (north_m, east_m) = (extent(|it| it.north_m), extent(|it| it.east_m));
-        let centre = Ned::new((north_m.0 + north_m.1) / 2.0, (east_m.0 + east_m.1) / 2.0, -height_m);
-        let radius_m = corners.iter().map(|it| it.at.horizontal_distance_m(centre)).fold(0.0, f64::max);
-        self.rings.push(Ring { height_m, first: self.nodes.len(), corners, centre, radius_m });
-        self.nodes.extend(corners.iter().map(|it| Node { at: it.at.at_height(height_m), place: Place::Corner(*it) }));
+        for GrownRing { corners, .. } in self.obstacles.grown(zone).iter().filter(|it| !it.corners.is_empty()) {
+            let extent = |of: fn(&Ned) -> f64| {
+                let all = corners.iter().map(|it| of(&it.at));
+                all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| (it.min(low), it.max(high)))
+            };
+            let (north_m, east_m) = (extent(|it| it.north_m), extent(|it| it.east_m));
+            let centre = Ned::new((north_m.0 + north_m.1) / 2.0, (east_m.0 + east_m.1) / 2.0, -height_m);
+            let radius_m = corners.iter().map(|it| it.at.horizontal_distance_m(centre)).fold(0.0, f64::max);
+            self.rings.push(Ring { height_m, first: self.nodes.len(), corners, centre, radius_m });
+            let node = |it: &Corner| Node { at: it.at.at_height(height_m), place: Place::Corner(*it) };
+            self.nodes.extend(corners.iter().map(node));
+        }
     }
 }

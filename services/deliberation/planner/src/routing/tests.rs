@@ -16,6 +16,7 @@ use crate::area_map::AreaMap;
 use crate::permissions::Permissions;
 
 mod brute_force;
+mod holes;
 mod kept;
 
 /// A regular polygon with rounded-off regularity: each corner at a distance of its own.
@@ -25,16 +26,7 @@ fn area(index: usize, kind: AreaKind, centre: (f64, f64), radius_m: f64, corners
         let distance_m = radius_m * (1.0 - 0.2 * ((corner * 7 + index) % 3) as f64 / 2.0);
         Ned::new(centre.0 + distance_m * angle.cos(), centre.1 + distance_m * angle.sin(), 0.0)
     };
-    Area {
-        name: format!("area {index}"),
-        kind,
-        corners: (0..corners).map(corner).collect(),
-        floor_m: None,
-        ceiling_m: None,
-        from_utc_ms: None,
-        until_utc_ms: None,
-        hours: None,
-    }
+    Area::new(format!("area {index}"), kind, (0..corners).map(corner).collect())
 }
 
 /// Searches among these areas, and hands over the obstacles.
@@ -78,10 +70,19 @@ fn is_keep_out(area: &Area) -> bool {
     area.kind == AreaKind::KeepOut
 }
 
+/// Some have a hole, and some are so large that both ends of a way may lie in it.
 fn any_area(index: usize) -> impl Strategy<Value = Area> {
     let kind = prop_oneof![Just(AreaKind::KeepOut), Just(AreaKind::Permission)];
-    (kind, (-400.0..400.0, -400.0..400.0), 20.0..150.0, 3..9usize)
-        .prop_map(move |(kind, centre, radius_m, corners)| area(index, kind, centre, radius_m, corners))
+    let radius_m = prop_oneof![4 => 20.0..150.0, 1 => 300.0..800.0];
+    let hole = proptest::option::weighted(0.4, 0.3..0.95);
+    (kind, (-400.0..400.0, -400.0..400.0), radius_m, 3..9usize, hole).prop_map(
+        move |(kind, centre, radius_m, corners, hole)| {
+            // The large ones are passed by a way only if they have a hole.
+            let hole = hole.or((150.0 < radius_m).then_some(0.8));
+            let ring = |part: f64| area(index, kind, centre, part * radius_m, corners).corners;
+            Area { holes: hole.into_iter().map(ring).collect(), ..area(index, kind, centre, radius_m, corners) }
+        },
+    )
 }
 
 proptest! {

@@ -19,6 +19,7 @@ mod drops;
 mod giving_up;
 mod hours;
 mod memory;
+mod new_airspace;
 mod operator;
 mod origin;
 mod permissions;

@@ -28,15 +28,11 @@ fn area_like(index: usize) -> impl Strategy<Value = Area> {
         let points: geo::MultiPoint = corners.into_iter().collect();
         let hull = points.convex_hull();
         let corner = |it: &geo::Coord| Ned::new(centre.north_m + it.y, centre.east_m + it.x, 0.0);
+        let kind = if keep_out { AreaKind::KeepOut } else { AreaKind::Permission };
         Area {
-            name: format!("area {index}"),
-            kind: if keep_out { AreaKind::KeepOut } else { AreaKind::Permission },
-            corners: hull.exterior().coords().skip(1).map(corner).collect(),
             floor_m: band.map(|(floor, _)| floor),
             ceiling_m: band.map(|(floor, thickness)| floor + thickness),
-            from_utc_ms: None,
-            until_utc_ms: None,
-            hours: None,
+            ..Area::new(format!("area {index}"), kind, hull.exterior().coords().skip(1).map(corner).collect())
         }
     });
     any_area.prop_filter("not an area", Area::is_simple)
@@ -55,7 +51,15 @@ fn mission_among(areas: &[Area], goal: Ned) -> Mission {
         survey: None,
     }];
     let (areas, sites) = (areas.to_vec(), Vec::new());
-    Mission { name: "random".into(), objectives, areas, order: Default::default(), sites, origin: None }
+    Mission {
+        name: "random".into(),
+        objectives,
+        areas,
+        order: Default::default(),
+        sites,
+        origin: None,
+        feeds: Vec::new(),
+    }
 }
 
 fn planner(areas: &[Area], goal: Ned) -> MissionPlanner {

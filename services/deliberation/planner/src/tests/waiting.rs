@@ -164,16 +164,8 @@ fn with_a_headwind_an_area_is_over_before_it_is_reached() {
 fn arrives_s(until_s: Option<i64>, east_m: (f64, f64), north_m: (f64, f64)) -> f64 {
     let until_utc_ms = UTC_START_MS + until_s.unwrap_or(1_000_000) * 1000;
     let corners = [(north_m.0, east_m.0), (north_m.1, east_m.0), (north_m.1, east_m.1), (north_m.0, east_m.1)];
-    let area = Area {
-        name: "K".into(),
-        kind: AreaKind::KeepOut,
-        corners: corners.map(|(north, east)| Ned::new(north, east, 0.0)).into(),
-        floor_m: None,
-        ceiling_m: None,
-        from_utc_ms: None,
-        until_utc_ms: Some(until_utc_ms),
-        hours: None,
-    };
+    let corners = corners.map(|(north, east)| Ned::new(north, east, 0.0)).into();
+    let area = Area { until_utc_ms: Some(until_utc_ms), ..Area::new("K", AreaKind::KeepOut, corners) };
     let there = Objective {
         name: "there".into(),
         position: Ned::new(0.0, 500.0, 0.0),
@@ -188,6 +180,7 @@ fn arrives_s(until_s: Option<i64>, east_m: (f64, f64), north_m: (f64, f64)) -> f
         order: Default::default(),
         sites: Vec::new(),
         origin: None,
+        feeds: Vec::new(),
     };
     let config = Config::for_tests();
     let mut planner = MissionPlanner::new(&config, &energy_for_tests(), mission, Pace::REAL_TIME);

@@ -3,9 +3,10 @@
 
 #![expect(clippy::disallowed_methods, reason = "requests and their limits are on the wall clock")]
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use axum::body::{Body, to_bytes};
+use axum::body::{Body, HttpBody as _, to_bytes};
 use axum::extract::Request;
 use axum::http::header::{AUTHORIZATION, RETRY_AFTER, WWW_AUTHENTICATE};
 use axum::http::request::Parts;
@@ -28,6 +29,7 @@ use crate::http::site::Site;
 use crate::http::standstill::since_boot;
 use crate::http::target::Target;
 use crate::http::unprintable;
+use crate::shares::Share;
 
 /// A request that its client may make.
 #[derive(Debug, Clone)]
@@ -42,6 +44,8 @@ pub(crate) struct AuthorizedRequest {
     pub(crate) id: Option<RequestId>,
     /// The W3C trace that the request belongs to; empty for one that begins here.
     pub(crate) trace: String,
+    /// The share that a large body takes.
+    pub(crate) _share: Option<Arc<Share>>,
 }
 
 impl AuthorizedRequest {
@@ -136,16 +140,38 @@ async fn authorize(
     let is_order = route.method != Method::Get;
     let needs_key = is_order && route.access.needs_key();
     let id = needs_key.then(|| RequestId::read(&who.name, &parts.headers)).transpose()?;
-    let body = if is_order { read_body(site, route, body).await? } else { Value::Null };
+    let share = if is_order { share_for(site, route, &who, &body)? } else { None };
+    let body = if is_order { read_body(site, route, body, share.is_some()).await? } else { Value::Null };
     // The body came when its sender pleased, and the token may have been taken away meanwhile.
     if is_order && !site.api.tokens.get().still_has(&who, utc_ms_now()) {
         return Err(unidentified(NO_TOKEN_OF_NOW));
     }
-    Ok(AuthorizedRequest { who, caller: caller.clone(), begun, target, body, id, trace })
+    Ok(AuthorizedRequest { who, caller: caller.clone(), begun, target, body, id, trace, _share: share.map(Arc::new) })
 }
 
-async fn read_body(site: &Site, route: Route, body: Body) -> Result<Value, Problem> {
-    let limit = site.api.config.max_body_bytes.get();
+/// Whether the body is the text of a mission.
+fn takes_mission(route: Route) -> bool {
+    route.body == Some(v1::MissionText::NAME)
+}
+
+/// What a body takes that may be larger than most. Its sender has to say its size before.
+fn share_for(site: &Site, route: Route, who: &Identity, body: &Body) -> Result<Option<Share>, Problem> {
+    let is_large = u64::from(site.api.config.max_body_bytes.get()) < body.size_hint().lower();
+    if !is_large || !takes_mission(route) {
+        return Ok(None);
+    }
+    site.large_bodies.take_for(who).map(Some).map_err(|taken| taken.problem("large missions"))
+}
+
+async fn read_body(site: &Site, route: Route, body: Body, may_be_large: bool) -> Result<Value, Problem> {
+    let config = &site.api.config;
+    let limit = u64::from(config.max_body_bytes.get());
+    let limit = if may_be_large { limit.max(config.max_mission_bytes.get() as u64) } else { limit };
+    let declared = body.size_hint().lower();
+    if limit < declared {
+        let detail = format!("the body has {declared} bytes, more than the limit of {limit}");
+        return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, detail));
+    }
     let reading = to_bytes(body, usize::try_from(limit).unwrap_or(usize::MAX));
     // Shorter than the limit of the whole request, so that the client gets the reason.
     let timeout = site.api.config.request_timeout_s.seconds().mul_f64(0.8);
@@ -165,8 +191,7 @@ async fn read_body(site: &Site, route: Route, body: Body) -> Result<Value, Probl
             let body = serde_json::from_slice(&bytes)
                 .map_err(|error| bad_request(format!("the body is not JSON: {error}")))?;
             // A mission is a file of many lines; whoever reads it checks the names in it.
-            let is_file = route.body == Some(v1::MissionText::NAME);
-            match unprintable::member(&body).filter(|_| !is_file) {
+            match unprintable::member(&body).filter(|_| !takes_mission(route)) {
                 Some(pointer) => {
                     let detail = "the body is invalid: names and texts may not have control characters".to_owned();
                     Err(bad_request(detail).with(|it| it.member = Some(pointer)))

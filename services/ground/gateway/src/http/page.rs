@@ -53,6 +53,7 @@ static FILES: &[File] = files![
     "draft.js": SCRIPT,
     "editor.css": STYLE,
     "editor.js": SCRIPT,
+    "feeds.js": SCRIPT,
     "fleet.js": SCRIPT,
     "forecast.js": SCRIPT,
     "gateway-clock.js": SCRIPT,

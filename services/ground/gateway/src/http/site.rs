@@ -21,6 +21,8 @@ pub(crate) struct Site {
     pub(crate) closing: watch::Receiver<()>,
     /// The event streams.
     pub(crate) streams: Arc<Shares>,
+    /// The bodies larger than most may be, until they are answered.
+    pub(crate) large_bodies: Arc<Shares>,
     pub(crate) limiter: Arc<RateLimiter>,
     pub(crate) answers: Arc<AnswerCache>,
     /// What the planners have told of their missions.

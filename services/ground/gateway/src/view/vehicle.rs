@@ -40,6 +40,7 @@ pub(crate) fn vehicle(
         permissions: message_of(&state.ledger).map_or_else(Vec::new, |it| it.permissions.clone()),
         areas: planner.map_or_else(Vec::new, |it| it.areas.clone()),
         sites: planner.map_or_else(Vec::new, |it| it.sites.clone()),
+        feeds: planner.map_or_else(Vec::new, |it| it.feeds.clone()),
         alternates: mcm.map_or_else(Vec::new, |it| it.alternates.clone()),
         energy: mcm.and_then(|it| it.energy.clone()),
         awaited: mcm.map_or_else(Vec::new, |it| it.awaited.clone()),

@@ -96,17 +96,12 @@ mod tests {
     use domain::geometry::Ned;
 
     fn areas(names: &str) -> Vec<Area> {
-        let area = |name: char| Area {
-            name: name.to_string(),
-            kind: AreaKind::KeepOut,
-            corners: [(0.0, 0.0), (9.0, 0.0), (9.0, 9.0)]
-                .map(|(north_m, east_m)| Ned::new(north_m, east_m, 0.0))
-                .to_vec(),
-            floor_m: None,
-            ceiling_m: None,
-            from_utc_ms: None,
-            until_utc_ms: None,
-            hours: None,
+        let area = |name: char| {
+            Area::new(
+                name,
+                AreaKind::KeepOut,
+                [(0.0, 0.0), (9.0, 0.0), (9.0, 9.0)].map(|(north_m, east_m)| Ned::new(north_m, east_m, 0.0)).to_vec(),
+            )
         };
         names.chars().map(area).collect()
     }

@@ -17,7 +17,7 @@ fn points(obstacles: &Obstacles) -> Vec<Ned> {
     let mut heights: Vec<f64> = [from.height_m(), to.height_m()].into_iter().chain(beyond).collect();
     heights.sort_by(f64::total_cmp);
     heights.dedup();
-    let corners = areas.iter().flat_map(|it| domain::corners::corners(&it.corners, margin_m)).map(|it| it.at);
+    let corners = areas.iter().flat_map(|it| domain::corners::corners(it, margin_m)).map(|it| it.at);
     let grid = (0..25).map(|it| Ned::new(f64::from(it / 5 - 2) * 200.0, f64::from(it % 5 - 2) * 200.0, 0.0));
     let places: Vec<Ned> = [from, to].into_iter().chain(corners).chain(grid).collect();
     let columns = places.iter().flat_map(|place| heights.iter().map(|it| place.at_height(*it)));

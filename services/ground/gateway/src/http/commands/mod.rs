@@ -129,6 +129,14 @@ async fn upload(State(site): Shared, Extension(request): Authorized) -> Answer {
     site.mission(&request, MissionCall::Upload(read(&request.body)?)).await
 }
 
+async fn validate_airspace(State(site): Shared, Extension(request): Authorized) -> Answer {
+    site.mission(&request, MissionCall::ValidateAirspace(read(&request.body)?)).await
+}
+
+async fn adopt_airspace(State(site): Shared, Extension(request): Authorized) -> Answer {
+    site.mission(&request, MissionCall::AdoptAirspace(read(&request.body)?)).await
+}
+
 async fn insert(State(site): Shared, Extension(request): Authorized) -> Answer {
     site.mission(&request, MissionCall::Insert(read(&request.body)?)).await
 }

@@ -4,9 +4,9 @@ use kittiwake_proto::v1;
 use prost::Name;
 
 use super::{
-    abort, accept_loss, acknowledge, decide_permission, decide_plan, hand_over, inject_fault, inject_flag, insert,
-    inspected, land_at, list_faults, pause, read_mission, release, remove, replan, resume, return_home, skip, start,
-    take, upload, validate,
+    abort, accept_loss, acknowledge, adopt_airspace, decide_permission, decide_plan, hand_over, inject_fault,
+    inject_flag, insert, inspected, land_at, list_faults, pause, read_mission, release, remove, replan, resume,
+    return_home, skip, start, take, upload, validate, validate_airspace,
 };
 use crate::access::Role;
 use crate::http::routes::{Access, Method, READERS, Reply, Route, Routes};
@@ -97,6 +97,18 @@ pub(crate) fn add_to(routes: Routes, simulation: bool) -> Routes {
             validate,
         )
         .add(route!(Put "mission" IN_COMMAND, "Replace the present mission", mission_text => MISSION_REPLY), upload)
+        .add(
+            route!(Post "mission/airspace/validate" OPERATORS,
+                "What the present mission would need with the areas of another mission file that came from feeds",
+                mission_text => MISSION_REPLY),
+            validate_airspace,
+        )
+        .add(
+            route!(Put "mission/airspace" IN_COMMAND,
+                "Replace the areas of the present mission that came from feeds by those of another mission file",
+                mission_text => MISSION_REPLY),
+            adopt_airspace,
+        )
         .add(
             route!(Post "mission/objectives" IN_COMMAND, "Insert an objective",
                 Some(v1::InsertObjective::NAME) => MISSION_REPLY),

@@ -1,21 +1,23 @@
 //! A survey of QGroundControl (`SurveyComplexItem`): the same polygon, angle and spacing, flown by our own lines.
 //!
 //! Its angle is the heading of its lines, clockwise from north; its spacing is the footprint of its camera across the flight, less
-//! the overlap. What our survey cannot do (follow the terrain, fly the field twice) keeps the item a list of waypoints.
+//! the overlap, and its footprint along the flight is the distance between two pictures. What our survey cannot do (follow the
+//! terrain, fly the field twice) keeps the item a list of waypoints.
 
 use domain::geodesy::LatLon;
+use domain::mission::terms::Terms;
 use domain::survey::LEAST_SPACING_M;
 
-use crate::content::{Height, Reference, Survey};
+use super::action;
+use super::commands::CAMERA_DISTANCE;
+use super::item::{Item, NO_PLACE};
+use crate::content::{Height, Place, Reference, Survey, Waypoint};
 use crate::findings::Wrong;
 use crate::json::Node;
 use crate::shape::{self, Order};
 
-/// The survey and its height, or why the item cannot be read as one.
-pub(crate) fn read(item: &Node<'_>) -> Result<Result<(Survey, Height), &'static str>, Wrong> {
-    if item.get("complexItemType").and_then(|it| it.value.as_str()) != Some("survey") {
-        return Ok(Err("no survey"));
-    }
+/// The survey as a place to fly to, or why the item cannot be read as one.
+pub(super) fn read(item: &Node<'_>) -> Result<Result<Waypoint, &'static str>, Wrong> {
     let style = item.get("TransectStyleComplexItem");
     let flag =
         |node: Option<&Node<'_>>, key: &str| node.and_then(|it| it.get(key)).map_or(Ok(false), |it| it.boolean());
@@ -40,16 +42,27 @@ pub(crate) fn read(item: &Node<'_>) -> Result<Result<(Survey, Height), &'static 
         return Ok(Err("its lines are closer together than 5 m"));
     }
     let Some(above) = reference(&camera)? else { return Ok(Err("its height is above the terrain")) };
+    let height = Height { metres: distance.number()?, above };
     let corners: Vec<LatLon> = shape::places(&polygon, Order::LatitudeFirst)?;
     let heading_deg = item.get("angle").map(|it| it.number()).transpose()?;
-    Ok(Ok((Survey { corners, spacing_m, heading_deg }, Height { metres: distance.number()?, above })))
+    let survey = Some(Survey { corners, spacing_m, heading_deg });
+    let every_m = camera.get("AdjustedFootprintFrontal").map_or(Ok(0.0), |it| it.number())?;
+    let actions = if 0.0 < every_m { vec![pictures(item, every_m)?] } else { Vec::new() };
+    let (terms, source) = (Terms { actions, ..Terms::default() }, item.place.clone());
+    Ok(Ok(Waypoint { name: "survey".into(), at: Place::Here, height, flying: true, terms, survey, source }))
+}
+
+/// A picture every `every_m` metres, the first one at once.
+fn pictures(item: &Node<'_>, every_m: f64) -> Result<String, Wrong> {
+    let params = [every_m, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
+    action::text(&Item::of(&item.place, CAMERA_DISTANCE, NO_PLACE, params), "MAV_CMD_DO_SET_CAM_TRIGG_DIST")
 }
 
 /// What the height of a survey is counted from; `None`: the ground below. Newer files name a mode
 /// (`QGroundControlQmlGlobal::AltMode`: 1 is above the take-off point, 2 above sea level), older ones only say whether it is the take-off point.
 fn reference(camera: &Node<'_>) -> Result<Option<Reference>, Wrong> {
     if let Some(mode) = camera.get("DistanceMode") {
-        return Ok(match mode.number()? as i64 {
+        return Ok(match mode.whole()? {
             1 => Some(Reference::TakeOff),
             2 => Some(Reference::SeaLevel),
             _ => None,
