@@ -55,7 +55,7 @@ pub struct Area {
     pub hours: Option<WeeklyHours>,
 }
 
-/// What is wrong with the rings of an area, as the end of a sentence that begins with the area. Holes are counted from 1.
+/// Why the rings of an area are refused: a message goes on after the name of the area. Holes are counted from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidRings {
     /// The outline is not a simple polygon.
@@ -441,7 +441,7 @@ mod tests {
         let hex: String = holed().extent().outline.iter().map(|it| format!("{it:02x}")).collect();
         assert_eq!(hex, "071c18a4eb92782d1a369dbef27cb879ebfe381b8038868f1fed8d98f2bcf677", "the form is fixed");
         assert_eq!(with(vec![other.clone(), reversed]), holed().extent());
-        // What would be the same corners one after the other.
+        // The same corners in one ring are another outline.
         let split = [&hole[..], &other[..]].concat();
         for different in [vec![], vec![hole.clone()], vec![other.clone()], vec![split]] {
             assert_ne!(with(different), holed().extent());

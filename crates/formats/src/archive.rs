@@ -25,7 +25,7 @@ pub(crate) struct Inside {
 /// The KML files of an archive, `doc.kml` first.
 ///
 /// # Errors
-/// If there are none, with the name of what is there instead; or if one cannot be unpacked.
+/// If the archive has no KML, and then what it has; or if a file cannot be unpacked.
 pub(crate) fn unpack(path: &Path, archive: &[u8]) -> Result<Vec<Inside>, Mistakes> {
     let broken = |error: ZipError| wrong(path, format!("a ZIP archive that cannot be unpacked: {error}"));
     let mut zip = ZipArchive::new(Cursor::new(archive)).map_err(broken)?;

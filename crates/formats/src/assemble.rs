@@ -312,10 +312,10 @@ impl Assembly<'_> {
         Ok(())
     }
 
-    /// A zone whose shape cannot be read does not matter if all its places that can be read are far away.
+    /// A zone whose shape cannot be read does not matter if all its places that can be read are far away to one side: those of a zone round
+    /// the take-off point may be far away, too.
     fn lost(&self, lost: &Lost, findings: &mut Findings) -> Result<(), Wrong> {
-        let is_far = |it: &LatLon| 2.0 * local::REACH_M < self.frame.local(*it).horizontal_distance_m(Ned::default());
-        if lost.places.is_empty() || !lost.places.iter().all(is_far) {
+        if lost.places.is_empty() || !self.is_far(&Outline::polygon(lost.places.clone())) {
             return Err(lost.wrong.clone());
         }
         let text = format!("its shape cannot be read ({}), and it lies far away: left out", lost.wrong.message);

@@ -92,7 +92,7 @@ impl Checker<'_> {
         Feed { name, provider, issued_utc_ms, valid_from_utc_ms, valid_until_utc_ms, areas: Vec::new() }
     }
 
-    /// What of the feeds is beyond the bounds.
+    /// Refuses too many feeds, and texts that are too long.
     pub(super) fn bounds_of_feeds(&mut self, entries: &[FeedEntry]) {
         self.count("feeds", entries.len(), MOST_FEEDS, entries.get(MOST_FEEDS).map(|it| &it.name));
         for it in entries {

@@ -415,6 +415,12 @@ fn a_mistake_costs_a_zone_and_not_a_country() {
     );
     let read = import("z.json", &far, &settings()).unwrap_or_else(|it| panic!("{it}"));
     assert!(notes(&read).contains("and it lies far away: left out"), "{}", notes(&read));
+    // A whole country round the take-off point has all its corners far away.
+    let round =
+        far.replacen("[26.606, 54.004], 7, [26.606, 54.004]", "[0, 50], [13, 50], [13, 58], 7, [0, 58], [0, 50]", 1);
+    assert_ne!(round, far);
+    let told = import("z.json", &round, &settings()).unwrap_err().to_string();
+    assert!(told.contains("coordinates/0/3: expected a place"), "{told}");
 }
 
 #[test]
