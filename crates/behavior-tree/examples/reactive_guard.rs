@@ -54,7 +54,7 @@ impl Leaf<World> for Do {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut registry = Registry::new();
-    registry.condition("BatteryAbove", [Port::input::<f64>("percent")], |world: &mut World, ports| {
+    registry.condition("BatteryAbove", [Port::input::<f64>("percent")], |world: &World, ports| {
         let limit = ports.get::<f64>("percent")?;
         ports.because("battery above its limit", world.battery, limit);
         Ok(limit < world.battery)

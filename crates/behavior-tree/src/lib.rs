@@ -5,7 +5,7 @@
 //! use behavior_tree::{Library, Registry, Status};
 //!
 //! let mut registry = Registry::new();
-//! registry.condition("BatteryOk", [], |level: &mut f64, _| Ok(20.0 < *level));
+//! registry.condition("BatteryOk", [], |level: &f64, _| Ok(20.0 < *level));
 //! registry.sync_action("Fly", [], |level, _| { *level -= 30.0; Ok(true) });
 //! let xml = r#"<root BTCPP_format="4"><BehaviorTree ID="Main">
 //!     <Sequence> <BatteryOk/> <Fly/> </Sequence> </BehaviorTree></root>"#;
@@ -19,7 +19,7 @@
 //!
 //! | to | see |
 //! |---|---|
-//! | write an action or a condition | [`Leaf`], [`Ports`], [`Status`] |
+//! | write an action or a condition | [`Leaf`], [`Condition`], [`Ports`], [`Status`] |
 //! | register it | [`Registry`], [`Port`], [`NodeSpec`] |
 //! | load tree files, and find out what is wrong with them | [`Library`], [`LoadErrors`], [`Mistake`] |
 //! | make a tree, tick it, halt it | [`Template`], [`Tree`] |
@@ -114,7 +114,7 @@ pub use inspect::{BtlogWriter, NodeView};
 pub use leaf::declaration::{Direction, LeafClass, Port};
 pub use leaf::port_error::PortError;
 pub use leaf::ports::{In, Out, Ports};
-pub use leaf::registry::Registry;
+pub use leaf::registry::{Condition, Registry};
 pub use leaf::spec::{BuildError, NodeSpec};
 pub use library::Library;
 pub use load::mistake::{LoadError, LoadErrors, Mistake};

@@ -30,6 +30,7 @@ pub mod plan;
 pub mod quantity;
 pub mod route;
 pub mod site;
+pub mod situation;
 pub mod skill;
 pub mod speeds;
 pub mod state;

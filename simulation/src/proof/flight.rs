@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
 use domain::contingency::{
-    Contingencies, LEFT_TO_OTHERS, Phase, Raised, Row, SOMEBODY_ELSE_FLIES, Severity, responder,
+    Contingencies, LEFT_TO_OTHERS, Moment, Phase, Raised, Row, SOMEBODY_ELSE_FLIES, Severity, responder,
 };
 use domain::file::Mistakes;
 use domain::time::Time;
@@ -243,7 +243,7 @@ impl Watch<'_> {
         }
     }
 
-    /// Whether `now` is what the order says, in one of the phases that the flight may be in, with a response under way at any of its
+    /// Whether `now` is what the order says, at one of the moments that there may be, with a response under way at any of its
     /// actions: the manager publishes neither.
     fn is_right(&self, simulation: &Simulation<'_>, now: Option<usize>) -> bool {
         let seen = simulation.seen.borrow();
@@ -267,11 +267,11 @@ impl Watch<'_> {
             });
             raised.collect::<Vec<_>>()
         };
-        phases.iter().any(|phase| match now {
-            None => responder(rows, under_way(0, None), *phase).is_none(),
+        Moment::ALL.iter().filter(|it| phases.contains(&it.phase)).any(|moment| match now {
+            None => responder(rows, under_way(0, None), *moment).is_none(),
             Some(row) => {
                 let reached = rows[row].actions.iter().map(|it| Some(it.severity)).chain([None]);
-                reached.into_iter().any(|it| responder(rows, under_way(row, it), *phase) == Some(row))
+                reached.into_iter().any(|it| responder(rows, under_way(row, it), *moment) == Some(row))
             }
         })
     }

@@ -1,10 +1,10 @@
-//! Every set of flags of one group, in every phase: which row responds, by the function that the mission manager asks, against the
+//! Every set of flags of one group, at every moment: which row responds, by the function that the mission manager asks, against the
 //! order as it is written down.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
-use domain::contingency::{Contingencies, Phase, Raised, Row, Severity, responder};
+use domain::contingency::{Contingencies, Moment, Raised, Row, Severity, responder};
 
 /// A group of more rows is not tried in every set, but in every set of up to [`FEW`] and of all but up to as many.
 const MOST: usize = 18;
@@ -15,7 +15,7 @@ const FEW: u32 = 3;
 /// What was found.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Sets {
-    /// Sets times phases.
+    /// Sets times moments.
     pub tried: u64,
     /// Groups of which not every set was tried, with their sizes.
     pub sampled: Vec<(String, usize)>,
@@ -49,10 +49,10 @@ pub fn try_sets(table: &Contingencies, is_quick: bool) -> Sets {
 
 fn try_group(rows: &[Row], members: &[usize], is_whole: bool, sets: &mut Sets) {
     let count = members.len() as u32;
-    for phase in Phase::ALL {
+    for moment in Moment::ALL {
         // The order as it is written down: the most severe first, of equally severe ones the upper row.
         let mut order: Vec<usize> = (0..members.len())
-            .filter(|it| rows[members[*it]].phases.contains(&phase) && !rows[members[*it]].only_slows())
+            .filter(|it| moment.counts(&rows[members[*it]]) && !rows[members[*it]].only_slows())
             .collect();
         order.sort_by_key(|it| (Reverse(rows[members[*it]].severity()), rows[members[*it]].priority));
         for set in 0..1_u32 << count {
@@ -61,7 +61,7 @@ fn try_group(rows: &[Row], members: &[usize], is_whole: bool, sets: &mut Sets) {
                 continue;
             }
             let up = (0..members.len()).filter(|it| set >> it & 1 == 1).map(|it| up(members[it]));
-            let found = responder(rows, up, phase);
+            let found = responder(rows, up, moment);
             let expected = order.iter().find(|it| set >> **it & 1 == 1).map(|it| members[*it]);
             sets.tried += 1;
             if found != expected {
@@ -71,7 +71,7 @@ fn try_group(rows: &[Row], members: &[usize], is_whole: bool, sets: &mut Sets) {
                     .filter(|(it, _)| set >> it & 1 == 1)
                     .map(|(_, it)| rows[*it].flag.as_str())
                     .collect();
-                sets.wrong.push(wrong(rows, &names.join(", "), phase, found, expected));
+                sets.wrong.push(wrong(rows, &names.join(", "), moment, found, expected));
             }
         }
     }
@@ -82,19 +82,19 @@ fn try_under_way(rows: &[Row], sets: &mut Sets) {
     for (flown, of_flown) in rows.iter().enumerate().filter(|(_, it)| !it.only_slows()) {
         for action in &of_flown.actions {
             for (other, of_other) in rows.iter().enumerate().filter(|(it, _)| *it != flown) {
-                for phase in Phase::ALL {
+                for moment in Moment::ALL {
                     let raised = [Raised { under_way: Some(action.severity), ..up(flown) }, up(other)];
-                    let found = responder(rows, raised, phase);
+                    let found = responder(rows, raised, moment);
                     let reached: Severity = action.severity.max(of_flown.severity());
                     let order = |severity: Severity, row: &Row| (severity, Reverse(row.priority));
-                    let yields = of_other.phases.contains(&phase)
+                    let yields = moment.counts(of_other)
                         && !of_other.only_slows()
                         && order(reached, of_flown) < order(of_other.severity(), of_other);
                     let expected = Some(if yields { other } else { flown });
                     sets.tried += 1;
                     if found != expected {
                         let names = format!("{} (under way by {}), {}", of_flown.flag, action.tree, of_other.flag);
-                        sets.wrong.push(wrong(rows, &names, phase, found, expected));
+                        sets.wrong.push(wrong(rows, &names, moment, found, expected));
                     }
                 }
             }
@@ -106,9 +106,10 @@ fn up(row: usize) -> Raised {
     Raised { row, overrides: false, is_overridden: false, under_way: None }
 }
 
-fn wrong(rows: &[Row], names: &str, phase: Phase, found: Option<usize>, expected: Option<usize>) -> String {
+fn wrong(rows: &[Row], names: &str, moment: Moment, found: Option<usize>, expected: Option<usize>) -> String {
     let name = |row: Option<usize>| row.map_or("nothing", |it| rows[it].flag.as_str()).to_owned();
-    format!("{names} {phase}: {} responds, by the order it is {}", name(found), name(expected))
+    let Moment { situation, phase } = moment;
+    format!("{names} {phase}, {situation}: {} responds, by the order it is {}", name(found), name(expected))
 }
 
 #[cfg(test)]
@@ -125,7 +126,7 @@ mod tests {
             Contingencies::read(&Source::read(&config.join("contingencies.toml")).unwrap(), &trees.actions()).unwrap();
         let sets = try_sets(&table, true);
         assert_eq!(sets.wrong, Vec::<String>::new());
-        let pairs = table.rows().len() * (table.rows().len() - 1) * Phase::ALL.len();
+        let pairs = table.rows().len() * (table.rows().len() - 1) * Moment::ALL.len();
         assert!(pairs as u64 <= sets.tried, "{sets:?}");
     }
 }

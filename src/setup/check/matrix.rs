@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::time::Duration;
 
-use domain::contingency::{Contingencies, Phase, Raised, Severity, responder};
+use domain::contingency::{Contingencies, Moment, Phase, Raised, Severity, responder};
+use domain::situation::Situation;
 use simulation::proof::classes;
 use simulation::proof::flight::Flown;
 use simulation::proof::stage::Stage;
@@ -12,6 +13,8 @@ use simulation::proof::stage::Stage;
 use super::proof::{Proof, case};
 use crate::plan::escape;
 
+/// The moment for which the picture is drawn.
+const ON_THE_WAY: Moment = Moment { situation: Situation::Flying, phase: Phase::Cruise };
 /// Side of a cell of the picture, in pixels.
 const CELL: usize = 12;
 /// Room for the names of rows.
@@ -71,7 +74,7 @@ impl<'a> Matrix<'a> {
             return Cell::Same;
         }
         let up = |row| Raised { row, overrides: false, is_overridden: false, under_way: None };
-        let answered = responder(self.table.rows(), [up(first), up(second)], Phase::Cruise);
+        let answered = responder(self.table.rows(), [up(first), up(second)], ON_THE_WAY);
         match self.flights(first, second) {
             [] => Cell::NotFlown(answered),
             flights if flights.iter().any(|it| !it.faults.is_empty()) => Cell::Faulty,

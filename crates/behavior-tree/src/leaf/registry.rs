@@ -65,12 +65,22 @@ impl<Ctx: 'static> Registry<Ctx> {
         Self::default()
     }
 
-    /// A condition from a closure: `true` is success.
+    /// A condition from a closure: `true` is success. It asks and cannot act: it gets a shared reference.
     pub fn condition<F>(&mut self, tag: &str, ports: impl IntoIterator<Item = Port>, holds: F) -> &mut Self
     where
-        F: Fn(&mut Ctx, &mut Ports<'_>) -> Result<bool, LeafError> + Send + Sync + 'static,
+        F: Fn(&Ctx, &mut Ports<'_>) -> Result<bool, LeafError> + Send + Sync + 'static,
     {
-        self.closure(LeafClass::Condition, tag, ports, holds)
+        self.closure(LeafClass::Condition, tag, ports, move |ctx, ports| holds(ctx, ports))
+    }
+
+    /// A condition that keeps something of its node, such as a constant of a port, or of its last tick. `build` as for
+    /// [`Registry::action`].
+    pub fn condition_with<C, B>(&mut self, tag: &str, ports: impl IntoIterator<Item = Port>, build: B) -> &mut Self
+    where
+        C: Condition<Ctx> + 'static,
+        B: Fn(&NodeSpec<'_>) -> Result<C, BuildError> + Send + Sync + 'static,
+    {
+        self.leaf(LeafClass::Condition, tag, ports, move |spec| build(spec).map(Asks))
     }
 
     /// An action from a closure that is done within the tick: `true` is success.
@@ -93,7 +103,7 @@ impl<Ctx: 'static> Registry<Ctx> {
         self.leaf(LeafClass::Action, tag, ports, build)
     }
 
-    /// A leaf of any class.
+    /// A leaf of any class. One of class `Condition` is not kept from acting: prefer [`Registry::condition_with`].
     pub fn leaf<L, B>(
         &mut self,
         class: LeafClass,
@@ -158,6 +168,21 @@ impl<Ctx: 'static> Registry<Ctx> {
 /// A kind of leaf in a `TreeNodesModel`.
 pub(crate) fn leaf_model(tag: &str, class: LeafClass, ports: &[Port]) -> Element {
     Element::new(class.tag()).attribute("ID", tag).children(ports.iter().map(Port::model))
+}
+
+/// A condition: it asks, and cannot change what the program knows.
+pub trait Condition<Ctx>: Send {
+    /// Whether it holds; `true` is success.
+    fn holds(&mut self, ctx: &Ctx, ports: &mut Ports<'_>) -> Result<bool, LeafError>;
+}
+
+/// The leaf of a condition.
+struct Asks<C>(C);
+
+impl<Ctx, C: Condition<Ctx>> Leaf<Ctx> for Asks<C> {
+    fn tick(&mut self, ctx: &mut Ctx, ports: &mut Ports<'_>) -> LeafResult {
+        self.0.holds(ctx, ports).map(Status::from_bool)
+    }
 }
 
 /// A leaf made of a closure, which returns its result at once.

@@ -1,6 +1,44 @@
 //! Which row responds, of those whose flags are up.
 
 use super::{Phase, Row, Severity};
+use crate::situation::Situation;
+
+/// When a row is asked whether it counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Moment {
+    /// The situation of the vehicle.
+    pub situation: Situation,
+    /// The phase of the flight.
+    pub phase: Phase,
+}
+
+impl Moment {
+    /// Every moment that there can be.
+    pub const ALL: [Moment; 13] = [
+        Moment::new(Situation::Unseen, Phase::Cruise),
+        Moment::new(Situation::Standing, Phase::OnGround),
+        Moment::new(Situation::TouchingDown, Phase::OnGround),
+        Moment::new(Situation::Ended, Phase::OnGround),
+        Moment::new(Situation::LiftingOff, Phase::Takeoff),
+        Moment::new(Situation::LiftingOff, Phase::Waiting),
+        Moment::new(Situation::TouchingDown, Phase::Landing),
+        Moment::new(Situation::TouchingDown, Phase::Waiting),
+        Moment::new(Situation::Flying, Phase::Takeoff),
+        Moment::new(Situation::Flying, Phase::Cruise),
+        Moment::new(Situation::Flying, Phase::Waiting),
+        Moment::new(Situation::Flying, Phase::InsideArea),
+        Moment::new(Situation::Flying, Phase::Landing),
+    ];
+
+    const fn new(situation: Situation, phase: Phase) -> Moment {
+        Moment { situation, phase }
+    }
+
+    /// Whether a row begins to respond.
+    pub fn counts(self, row: &Row) -> bool {
+        row.situations.contains(&self.situation) && row.phases.contains(&self.phase)
+    }
+}
 
 /// A row whose flag is up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,15 +53,15 @@ pub struct Raised {
     pub under_way: Option<Severity>,
 }
 
-/// The row that responds: of the rows that count in this phase, the one with the most severe response; of equally
-/// severe ones, the one that is higher in the table. A response that is under way counts in every phase, with the
-/// severity of its present action if that is higher than that of its first one. An order with override comes before all
+/// The row that responds: of the rows that count at this moment, the one with the most severe response; of equally
+/// severe ones, the one that is higher in the table. A response that is under way counts at every moment, with the
+/// severity of its present action if that is higher than that of its first one. An order with override counts in every phase. It comes before all
 /// rows that were up when it was given and may be overridden, and before what is no more severe in their groups; whatever
 /// else rises later is answered as ever.
 ///
 /// So a hold never delays a landing, and never interrupts one. A row that only slows the vehicle responds never: it is in force beside
 /// whatever is flown ([`super::narrowing`]).
-pub fn responder(rows: &[Row], raised: impl IntoIterator<Item = Raised> + Clone, phase: Phase) -> Option<usize> {
+pub fn responder(rows: &[Row], raised: impl IntoIterator<Item = Raised> + Clone, moment: Moment) -> Option<usize> {
     let is_ordered = raised.clone().into_iter().any(|it| it.overrides);
     let is_known = |row: &Row| {
         raised.clone().into_iter().filter(|it| it.is_overridden).filter_map(|it| rows.get(it.row)).any(|known| {
@@ -33,7 +71,8 @@ pub fn responder(rows: &[Row], raised: impl IntoIterator<Item = Raised> + Clone,
     };
     let rank = |it: Raised| {
         let row = rows.get(it.row).filter(|row| !row.only_slows())?;
-        let counts = it.under_way.is_some() || it.overrides || row.phases.contains(&phase);
+        let is_ordered_now = it.overrides && row.situations.contains(&moment.situation);
+        let counts = it.under_way.is_some() || is_ordered_now || moment.counts(row);
         let gives_way = is_ordered && row.may_be_overridden && !it.overrides && is_known(row);
         let severity = it.under_way.map_or(row.severity(), |reached| reached.max(row.severity()));
         (counts && !gives_way).then_some((severity, std::cmp::Reverse(row.priority), it.row))
@@ -64,6 +103,7 @@ pub(super) mod tests {
             raise: None,
             when: None,
             phases: phases.iter().copied().collect(),
+            situations: Situation::ALL.into_iter().collect(),
             actions: vec![action],
             narrows: BTreeSet::new(),
             clears: Clears::AfterAction,
@@ -79,6 +119,11 @@ pub(super) mod tests {
         Raised { row, overrides: false, is_overridden: false, under_way: None }
     }
 
+    /// In the air in this phase.
+    pub(crate) fn at(phase: Phase) -> Moment {
+        Moment { situation: Situation::Flying, phase }
+    }
+
     #[test]
     fn the_most_severe_response_is_flown() {
         let all = Phase::ALL;
@@ -92,7 +137,7 @@ pub(super) mod tests {
         ];
         #[track_caller]
         fn check(rows: &[Row], raised: &[Raised], phase: Phase, expected: Option<u32>) {
-            let found = responder(rows, raised.iter().copied(), phase).map(|it| rows[it].priority);
+            let found = responder(rows, raised.iter().copied(), at(phase)).map(|it| rows[it].priority);
             assert_eq!(found, expected, "{raised:?} {phase:?}");
         }
         let cruise = Phase::Cruise;
@@ -145,12 +190,12 @@ pub(super) mod tests {
             let row = |(index, severity): (usize, &Severity)| row(index as u32, *severity, &Phase::ALL);
             let rows: Vec<Row> = severities.iter().enumerate().map(row).collect();
             let of = |bits: u8| (0..rows.len()).filter(move |it| bits >> it & 1 == 1).map(up);
-            let chosen = responder(&rows, of(raised), Phase::Cruise);
+            let chosen = responder(&rows, of(raised), at(Phase::Cruise));
             prop_assert_eq!(chosen.is_some(), of(raised).next().is_some());
             if let Some(chosen) = chosen {
                 prop_assert!(of(raised).any(|it| it.row == chosen));
                 prop_assert!(of(raised).all(|it| rows[it.row].severity() <= rows[chosen].severity()));
-                let more = responder(&rows, of(raised | 1 << another), Phase::Cruise).unwrap_or(chosen);
+                let more = responder(&rows, of(raised | 1 << another), at(Phase::Cruise)).unwrap_or(chosen);
                 prop_assert!(rows[chosen].severity() <= rows[more].severity());
             }
         }

@@ -103,10 +103,15 @@ fn situation(during: During) -> &'static str {
 }
 
 fn counts(row: &Row) -> String {
-    if row.phases.len() == Phase::ALL.len() {
-        return "always".to_owned();
+    let words = |it: &mut dyn Iterator<Item = String>| it.collect::<Vec<_>>().join(", ");
+    let phases = match row.phases.len() == Phase::ALL.len() {
+        true => "always".to_owned(),
+        false => words(&mut row.phases.iter().map(ToString::to_string)),
+    };
+    if row.situations == Row::usual_situations(row.severity(), row.then) {
+        return phases;
     }
-    row.phases.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+    format!("{phases}; {}", words(&mut row.situations.iter().map(ToString::to_string)))
 }
 
 fn falls(row: &Row) -> String {

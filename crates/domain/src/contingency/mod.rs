@@ -10,6 +10,7 @@ use std::time::Duration;
 use serde::Deserialize;
 
 use crate::quantity::Fraction;
+use crate::situation::Situation;
 
 pub mod alarm;
 mod arbitration;
@@ -28,7 +29,7 @@ pub mod unit;
 pub mod when;
 
 use alarm::Alarm;
-pub use arbitration::{Raised, responder};
+pub use arbitration::{Moment, Raised, responder};
 use group::Group;
 pub use lattice::Severity;
 use narrowing::Narrows;
@@ -94,6 +95,8 @@ pub struct Row {
     pub when: Option<When>,
     /// The phases in which it counts; a flag that rises in another phase waits.
     pub phases: BTreeSet<Phase>,
+    /// The situations in which its response may begin; a flag that rises in another one waits.
+    pub situations: BTreeSet<Situation>,
     /// Tried in order until one succeeds, and from the first one again when all have failed. The last one is the
     /// emergency action.
     pub actions: Vec<Action>,
@@ -118,6 +121,19 @@ impl Row {
     /// The severity of its first action.
     pub fn severity(&self) -> Severity {
         self.actions.first().map_or(Severity::Hold, |action| action.severity)
+    }
+
+    /// The situations in which a response begins where its row names none. One that holds or flies elsewhere and then resumes the mission
+    /// waits for a touchdown, since a vehicle on the ground is safest, and for the first sight of the vehicle. Nothing new is answered
+    /// after the end.
+    fn usual_situations(severity: Severity, then: Then) -> BTreeSet<Situation> {
+        let waits = severity < Severity::Land && then == Then::Resume;
+        let begins = |it: &Situation| match it {
+            Situation::Unseen | Situation::TouchingDown => !waits,
+            Situation::Standing | Situation::LiftingOff | Situation::Flying => true,
+            Situation::Ended => false,
+        };
+        Situation::ALL.into_iter().filter(begins).collect()
     }
 
     /// Whether all that it does is to slow the vehicle, which interrupts nothing: see [`narrowing`].

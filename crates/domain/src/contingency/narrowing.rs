@@ -86,7 +86,7 @@ pub fn narrowing(rows: &[Row], raised: impl IntoIterator<Item = Raised> + Clone,
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::arbitration::tests::{row, up};
+    use super::super::arbitration::tests::{at, row, up};
     use super::super::{Severity, responder};
     use super::*;
     use Narrows::{NoLandingHere, NoNewArea, Slow};
@@ -131,8 +131,8 @@ mod tests {
     #[test]
     fn a_row_that_only_slows_never_responds_and_keeps_no_other_from_it() {
         let rows = [row(1, Severity::Slow, &Phase::ALL), row(2, Severity::Hold, &Phase::ALL)];
-        assert_eq!(responder(&rows, [up(0)], Phase::Cruise), None);
-        assert_eq!(responder(&rows, [up(0), up(1)], Phase::Cruise), Some(1));
+        assert_eq!(responder(&rows, [up(0)], at(Phase::Cruise)), None);
+        assert_eq!(responder(&rows, [up(0), up(1)], at(Phase::Cruise)), Some(1));
         assert_eq!(narrowing(&rows, [up(0), up(1)], Phase::Cruise).slow, Some(0));
     }
 

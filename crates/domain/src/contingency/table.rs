@@ -15,6 +15,7 @@ use super::table_when::{self, WhenEntry};
 use super::{Action, BRING_DOWN, Clears, Contingencies, Phase, REQUIRED, REQUIRED_RULES, Row, Rule, Severity, Then};
 use crate::file::{Mistake, Mistakes, Source, did_you_mean};
 use crate::quantity::Positive;
+use crate::situation::Situation;
 
 mod ending;
 mod explained;
@@ -112,6 +113,7 @@ struct Entry {
     clears_after_s: Option<Spanned<f64>>,
     during: Option<Spanned<During>>,
     phases: Option<Spanned<BTreeSet<Phase>>>,
+    situations: Option<Spanned<BTreeSet<Situation>>>,
     actions: Spanned<Vec<Spanned<String>>>,
     emergency: Spanned<String>,
     /// What is forbidden while its flag is up.
@@ -165,7 +167,8 @@ impl Entry {
         // After the last action the response starts with the first again: naming one twice in a row only doubles its
         // tries.
         actions.dedup_by(|a, b| a.tree == b.tree);
-        let holds = actions.first().is_none_or(|it| it.severity == Severity::Hold);
+        let severity = actions.first().map_or(Severity::Hold, |it| it.severity);
+        let usual_situations = || Row::usual_situations(severity, self.then);
         Row {
             actions,
             flag: self.flag.into_inner(),
@@ -174,11 +177,12 @@ impl Entry {
             raise: self.raise.map(Spanned::into_inner),
             when: None,
             phases: self.phases.map_or_else(|| Phase::ALL.into_iter().collect(), Spanned::into_inner),
+            situations: self.situations.map_or_else(usual_situations, Spanned::into_inner),
             narrows: self.narrows.into_iter().flat_map(Spanned::into_inner).map(Spanned::into_inner).collect(),
             clears: self.clears,
             then: self.then,
             may_be_overridden: self.may_be_overridden,
-            alarm: self.alarm.unwrap_or(if holds { Alarm::Caution } else { Alarm::Warning }),
+            alarm: self.alarm.unwrap_or(if severity == Severity::Hold { Alarm::Caution } else { Alarm::Warning }),
             explained_by: self
                 .explained_by
                 .into_iter()
@@ -232,9 +236,16 @@ fn check_actions(source: &Source, entry: &Entry, actions: &Actions, mistakes: &m
             mistakes.push(source.mistake(Some(name.span()), message, help));
         }
     }
-    if let Some(phases) = entry.phases.as_ref().filter(|it| it.as_ref().is_empty()) {
-        let help = "name at least one phase, or leave the key out for all of them";
-        mistakes.push(source.mistake(Some(phases.span()), "this row never counts", help));
+    let empty = |is_empty: bool, span| Some(span).filter(|_| is_empty);
+    let phases = entry.phases.as_ref().and_then(|it| empty(it.as_ref().is_empty(), it.span()));
+    let situations = entry.situations.as_ref().and_then(|it| empty(it.as_ref().is_empty(), it.span()));
+    for (place, help) in [
+        (phases, "name at least one phase, or leave the key out for all of them"),
+        (situations, "name at least one situation, or leave the key out for the usual ones"),
+    ] {
+        if place.is_some() {
+            mistakes.push(source.mistake(place, "this row never counts", help));
+        }
     }
     let severity = |name: &Spanned<String>| find(actions, name.as_ref()).map(|it| it.severity);
     let holds = entry.actions.as_ref().first().and_then(severity) == Some(Severity::Hold);

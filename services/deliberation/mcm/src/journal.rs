@@ -5,9 +5,9 @@ use domain::decision::{DecisionKind, DecisionRecord, Rejected};
 use domain::measured::Measured;
 use domain::time::Now;
 
+use crate::decide::Waits;
 use crate::flags::Flags;
 use crate::repeats::Repeats;
-use crate::world::Waits;
 
 mod numbers;
 mod said;
@@ -20,10 +20,10 @@ use threads::Threads;
 /// The topic of what rises, falls and waits, which may do so faster than anybody reads.
 pub(crate) const CONTINGENCY: &str = "contingency";
 
-/// A decision. Those on the way from a flag to its action are put into words later, so that they do not delay the
+/// What the journal notes. Those on the way from a flag to its action are put into words later, so that they do not delay the
 /// action.
 #[derive(Debug)]
-pub(crate) enum Decision {
+pub(crate) enum Entry {
     /// In words already.
     Said(Said),
     /// The flag of this row was raised for this reason, by this value.
@@ -51,15 +51,15 @@ pub(crate) enum Passed {
 #[derive(Debug, Default)]
 pub(crate) struct Journal {
     numbers: Numbers,
-    pending: Vec<(Now, Decision)>,
+    pending: Vec<(Now, Entry)>,
     repeats: Repeats,
     threads: Threads,
 }
 
 impl Journal {
-    /// Records a decision.
-    pub(crate) fn decided(&mut self, at: Now, decision: Decision) {
-        self.pending.push((at, decision));
+    /// Notes a decision.
+    pub(crate) fn decided(&mut self, at: Now, entry: Entry) {
+        self.pending.push((at, entry));
     }
 
     /// A number above that of every record so far, to be persisted.
@@ -84,10 +84,10 @@ impl Journal {
         for text in repeats.over(now.time) {
             add(now, Said::new(CONTINGENCY, DecisionKind::Note, text).led_to_by(Cause::Nothing));
         }
-        for (at, decision) in pending.drain(..) {
+        for (at, entry) in pending.drain(..) {
             // What a restored state has to say is said before there is a time.
             let at = if at == Now::default() { now } else { at };
-            let said = in_words(decision, flags, table);
+            let said = in_words(entry, flags, table);
             if said.topic != CONTINGENCY || repeats.is_said(at.time, &about(&said), &said.text) {
                 add(at, said);
             }
@@ -124,15 +124,15 @@ fn record(number: u64, at: Now, said: Said, parent: Option<u64>, flags: &Flags) 
     }
 }
 
-fn in_words(decision: Decision, flags: &Flags, table: &Contingencies) -> Said {
+fn in_words(entry: Entry, flags: &Flags, table: &Contingencies) -> Said {
     let said = |kind, text: String| Said::new(CONTINGENCY, kind, text);
-    match decision {
-        Decision::Said(said) => said,
-        Decision::Raised(row, reason, measured) => {
+    match entry {
+        Entry::Said(said) => said,
+        Entry::Raised(row, reason, measured) => {
             let text = format!("flag `{}` raised: {reason}", flags.name(row));
             said(DecisionKind::ContingencyRaised, text).about(row).led_to_by(Cause::Nothing).measuring(measured)
         }
-        Decision::Responding(row, passed) => {
+        Entry::Responding(row, passed) => {
             let first = first_action(table, row);
             let rejected = passed.into_iter().map(|(other, why)| rejected(other, why, row, flags, table)).collect();
             said(DecisionKind::ContingencyAnswered, format!("`{}`: {first}", flags.name(row)))
@@ -142,7 +142,7 @@ fn in_words(decision: Decision, flags: &Flags, table: &Contingencies) -> Said {
                 .taking(first, String::new())
                 .rejecting(rejected)
         }
-        Decision::Waits(row, waits) => {
+        Entry::Waits(row, waits) => {
             let flag = flags.name(row);
             let text = match waits {
                 Waits::Behind(other) => format!("`{flag}` waits behind `{}`", flags.name(other)),

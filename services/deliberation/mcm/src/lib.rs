@@ -10,11 +10,13 @@
 
 mod clients;
 pub mod config;
+mod decide;
 mod flags;
 mod journal;
 mod leaves;
 mod manager;
 mod outbox;
+mod permits;
 mod repeats;
 mod snapshot;
 mod tick_time;

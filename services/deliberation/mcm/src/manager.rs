@@ -193,7 +193,7 @@ impl Node for Mcm {
                 if self.world.takes_new_tree() {
                     self.begin_tree(now);
                 }
-                if self.world.responder().is_some() {
+                if self.world.next_responder().is_some() {
                     // The tree had ended, and the vehicle flies again: an order to come down must still be obeyed.
                     self.next_tick.get_or_insert(now.time);
                 }

@@ -37,9 +37,9 @@ pub(super) fn check_yields(source: &Source, entry: &Entry, actions: &Actions, mi
         |name: &&Spanned<String>| find(actions, name.as_ref()).is_some_and(|it| it.severity == Severity::Yield);
     let all_yield = entry.chain().all(|it| yields(&it));
     if flag == SOMEBODY_ELSE_FLIES {
-        if !all_yield || entry.phases.is_some() || entry.may_be_overridden {
+        if !all_yield || entry.phases.is_some() || entry.situations.is_some() || entry.may_be_overridden {
             let message = format!("`{flag}` must command nothing, in every phase, and whatever was ordered before");
-            let help = "name an action of severity yield, leave `phases` out, and set `may_be_overridden = false`";
+            let help = "name an action of severity yield, leave `phases` and `situations` out, and set `may_be_overridden = false`";
             mistakes.push(source.mistake(Some(entry.flag.span()), message, help));
         }
     } else if let Some(action) = entry.chain().find(yields) {
@@ -62,6 +62,10 @@ pub(super) fn check_brings_down(source: &Source, entry: &Entry, actions: &Action
         let help = "set `then = \"end-mission\"`";
         let message = format!("`{flag}` brings the vehicle down, and the mission would continue");
         mistakes.push(source.mistake(Some(entry.flag.span()), message, help));
+    }
+    if let Some(situations) = &entry.situations {
+        let message = format!("`{flag}` must count in every situation before the end of the mission");
+        mistakes.push(source.mistake(Some(situations.span()), message, "leave the key out"));
     }
     let missing = |it: &Phase| {
         *it != Phase::OnGround && entry.phases.as_ref().is_some_and(|phases| !phases.as_ref().contains(it))

@@ -1,4 +1,4 @@
-//! The conditions of the nominal behavior and of a step. They ask, and change nothing that is flown.
+//! The conditions of the nominal behavior and of a step. They ask, and change nothing.
 
 use std::sync::{Arc, LazyLock};
 
@@ -7,7 +7,7 @@ use behavior_tree::{LeafError, Ports};
 use super::ports::Condition;
 use crate::world::World;
 
-pub(super) fn mission_not_over(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
+pub(super) fn mission_not_over(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     let Some(reason) = world.over() else { return Ok(true) };
     ports.because("the mission is not over", reason.to_owned(), "not over".to_owned());
     Ok(false)
@@ -16,15 +16,13 @@ pub(super) fn mission_not_over(world: &mut World, ports: &mut Ports<'_>) -> Resu
 /// Made once, so that a flag is answered before any words are made.
 static NONE: LazyLock<Arc<str>> = LazyLock::new(|| "none".into());
 
-pub(super) fn no_errors(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
+pub(super) fn no_errors(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     let Some(flag) = world.answered_flag() else { return Ok(true) };
     ports.because("no flag is answered", flag.clone(), NONE.clone());
-    // What the nominal behavior flies ends with it, and with that the phase in which the row may count.
-    world.commit_to_response();
     Ok(false)
 }
 
-pub(super) fn precondition(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
+pub(super) fn precondition(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     let condition = ports.get::<Condition>("condition")?;
     if let Some(unmet) = world.unmet_precondition(&condition.0) {
         ports.explain(format!("precondition not met: {unmet}"));
@@ -36,7 +34,7 @@ pub(super) fn precondition(world: &mut World, ports: &mut Ports<'_>) -> Result<b
     Ok(false)
 }
 
-pub(super) fn invariant(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
+pub(super) fn invariant(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     let condition = ports.get::<Condition>("condition")?;
     // Where it touches the ground it may as well stand.
     if world.touches_down() {
@@ -53,7 +51,7 @@ pub(super) fn invariant(world: &mut World, ports: &mut Ports<'_>) -> Result<bool
 }
 
 /// Whether the vehicle may come down where it is. In or over an area that forbids it only where nothing else is left.
-pub(super) fn may_land_here(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
+pub(super) fn may_land_here(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     let Some(why) = world.why_land_elsewhere() else { return Ok(true) };
     ports.explain(why);
     Ok(false)

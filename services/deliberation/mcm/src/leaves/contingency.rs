@@ -1,6 +1,6 @@
 //! The leaves of the contingency rows.
 
-use behavior_tree::{BuildError, Leaf, LeafResult, NodeSpec, Ports, Status};
+use behavior_tree::{BuildError, Condition, Leaf, LeafError, LeafResult, NodeSpec, Ports, Status};
 use domain::contingency::Row;
 use domain::contingency::group::Group;
 
@@ -19,20 +19,20 @@ impl Responds {
     }
 }
 
-impl Leaf<World> for Responds {
-    fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+impl Condition<World> for Responds {
+    fn holds(&mut self, world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
         if world.responder() != Some(self.row) {
             self.has_begun = false;
-            return Ok(Status::Failure);
+            return Ok(false);
         }
         if self.has_begun && !world.is_under_way(self.row) {
             // The flag fell and has risen again since the last tick: its response starts again.
             self.has_begun = false;
             ports.tick_again();
-            return Ok(Status::Failure);
+            return Ok(false);
         }
         self.has_begun = true;
-        Ok(Status::Success)
+        Ok(true)
     }
 }
 
@@ -47,10 +47,9 @@ impl GroupResponds {
     }
 }
 
-impl Leaf<World> for GroupResponds {
-    fn tick(&mut self, world: &mut World, _: &mut Ports<'_>) -> LeafResult {
-        let responds = world.responder().is_some_and(|row| self.0.contains(&row));
-        Ok(if responds { Status::Success } else { Status::Failure })
+impl Condition<World> for GroupResponds {
+    fn holds(&mut self, world: &World, _: &mut Ports<'_>) -> Result<bool, LeafError> {
+        Ok(world.responder().is_some_and(|row| self.0.contains(&row)))
     }
 }
 
@@ -103,11 +102,11 @@ impl IsPossible {
     }
 }
 
-impl Leaf<World> for IsPossible {
-    fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        let Some(why) = world.why_impossible(self.action) else { return Ok(Status::Success) };
+impl Condition<World> for IsPossible {
+    fn holds(&mut self, world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
+        let Some(why) = world.why_impossible(self.action) else { return Ok(true) };
         ports.explain(why);
-        Ok(Status::Failure)
+        Ok(false)
     }
 }
 

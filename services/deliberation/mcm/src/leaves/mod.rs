@@ -58,16 +58,16 @@ pub(crate) fn registry(table: Option<&Contingencies>) -> Registry<World> {
     registry.action("AskAhead", [ahead], ask_ahead::AskAhead::new);
     registry.action("WayIsClear", [], |_| Ok(permission::WayIsClear));
     let flag = || [Port::input::<String>("flag").describe("the flag of the row")];
-    let (rows, condition) = (table.map(|it| Arc::<[Row]>::from(it.rows())), LeafClass::Condition);
+    let rows = table.map(|it| Arc::<[Row]>::from(it.rows()));
     let of = rows.clone();
-    registry.leaf(condition, "Responds", flag(), move |spec| contingency::Responds::new(spec, of.as_deref()));
+    registry.condition_with("Responds", flag(), move |spec| contingency::Responds::new(spec, of.as_deref()));
     let (of, group) = (rows.clone(), [Port::input::<String>("group")]);
-    registry.leaf(condition, "GroupResponds", group, move |spec| contingency::GroupResponds::new(spec, of.as_deref()));
+    registry.condition_with("GroupResponds", group, move |spec| contingency::GroupResponds::new(spec, of.as_deref()));
     let (of, act) = (rows.clone(), LeafClass::SyncAction);
     registry.leaf(act, "BeginResponse", flag(), move |spec| contingency::BeginResponse::new(spec, of.as_deref()));
     let action = || [Port::input::<i64>("action").describe("its place in the row, from 0")];
     registry.action("AwaitTry", action(), contingency::AwaitTry::new);
-    registry.leaf(condition, "IsPossible", action(), contingency::IsPossible::new);
+    registry.condition_with("IsPossible", action(), contingency::IsPossible::new);
     registry.leaf(act, "TryFailed", [], |_| Ok(contingency::TryFailed));
     registry.action("ResetFlag", flag(), move |spec| contingency::ResetFlag::new(spec, rows.as_deref()));
     registry

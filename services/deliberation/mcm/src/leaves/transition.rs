@@ -48,7 +48,5 @@ impl Leaf<World> for TransitionExecutor {
 /// Always fails, so that the row of its flag takes over.
 pub(super) fn raise_transition_failed(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     world.raise_transition_failed(&why(ports));
-    // The contingency branch must see the flag before anything is sent.
-    ports.tick_again();
     Ok(false)
 }

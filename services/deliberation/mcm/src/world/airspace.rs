@@ -19,6 +19,7 @@ use domain::way::{FlightLimits, way_out};
 
 use super::{SELF, WayOut, World};
 use crate::journal::Said;
+use crate::permits::{Permits, held_for};
 use crate::vehicle::Vehicle;
 
 /// A permission is asked for again this long before the vehicle would have to leave. (ENG: the tower's answer is awaited
@@ -101,24 +102,37 @@ impl AirspaceWatch {
 }
 
 impl World {
-    /// The areas whose permission is held now.
-    pub(super) fn held(&self) -> Vec<String> {
-        self.permissions.held(self.now.time, self.limits.permission_margin)
+    /// What the vehicle may do with its permissions at this wake.
+    pub(super) fn permits(&self) -> &Permits {
+        self.permits.get_or_init(|| {
+            let (now, grants) = (self.now.time, self.permissions.grants(self.now.time));
+            let around = || self.vehicle.into_iter().flat_map(|it| self.areas_around(it.position));
+            let awaits = self.permissions.awaits_first_ledger(now);
+            let unknown = around().filter(|it| awaits && it.kind == AreaKind::Permission);
+            Permits {
+                restored: grants.keys().filter(|it| self.permissions.is_only_remembered(it)).cloned().collect(),
+                around: around().map(|it| it.name.clone()).collect(),
+                unknown: unknown.map(|it| it.name.clone()).collect(),
+                flying: self.is_flying(),
+                may_hear: self.permissions.may_still_ask(now),
+                no_new_area: self.decision.narrowing.no_new_area.is_some(),
+                needs_held: self.needs_held_areas,
+                grants,
+            }
+        })
     }
 
-    /// Those of them that the planner may count on: while no new area may be entered, the areas around the vehicle.
-    pub(super) fn held_and_usable(&self) -> Vec<String> {
-        let usable = self.grants_in_use();
-        self.held().into_iter().filter(|area| usable.contains_key(area)).collect()
+    /// The areas that a way may begin to enter, with a margin before the expiry: what the planner may count on.
+    pub(super) fn enterable(&self) -> Vec<String> {
+        held_for(&self.permits().to_begin(), self.limits.permission_margin)
     }
 
     /// All areas, those that may be entered now, and what flags forbid.
     pub(crate) fn what_may_be_entered(&self) -> WhatMayBeEntered {
-        let around = self.names_around();
         WhatMayBeEntered {
-            held: self.held().into_iter().filter(|it| !self.is_overdue_in(&around, it)).collect(),
+            held: self.enterable(),
             areas: self.planner.areas().clone(),
-            narrowing: self.narrowing,
+            narrowing: self.decision.narrowing,
             comes_down: self.comes_down(),
             needs_held_areas: self.needs_held_areas,
         }
@@ -132,10 +146,6 @@ impl World {
     /// The mission's file has these areas.
     pub(crate) fn expect_areas(&mut self, areas: &[Area]) {
         self.planner.known_areas_mut().expect(areas);
-    }
-
-    pub(super) fn grants(&self) -> Grants {
-        self.permissions.grants(self.now.time)
     }
 
     /// The airspace as it is now, with this lead.
@@ -153,7 +163,7 @@ impl World {
     pub(super) fn breach_on_way(&self, from: Ned, to: Ned, speed_m_s: f64) -> Option<Breach> {
         let speeds = Speeds { cruise_m_s: speed_m_s, ..self.limits.flight.speeds };
         let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
-        self.airspace(&self.grants_in_use(), self.limits.leave_lead).first_breach(from, to, motion)
+        self.airspace(&self.permits().to_begin(), self.limits.leave_lead).first_breach(from, to, motion)
     }
 
     /// What is wrong with flying straight to `to` from where the vehicle is.
@@ -178,9 +188,9 @@ impl World {
             Goal::Stop | Goal::Velocity { .. } => return None,
         };
         let motion = Motion { begins: Duration::ZERO, speeds, airborne: vehicle.flying };
-        let (mut grants, around) = (self.grants(), self.names_around());
+        let permits = self.permits();
         // In the air the vehicle stops before an area: see `breach_at_rest`.
-        grants.retain(|name, _| vehicle.flying || !self.is_overdue_in(&around, name));
+        let grants = if vehicle.flying { permits.to_stay() } else { permits.to_begin() };
         self.airspace(&grants, self.limits.leave_lead).first_breach(here, to, motion)
     }
 
@@ -255,7 +265,7 @@ impl World {
     fn breach_here(&mut self, here: Ned) -> Option<BreachHere> {
         self.look_for_ways_out(here);
         let leaving = self.time_to_leave_all(here);
-        let grants = self.grants_where_it_is(here);
+        let grants = self.permits().to_stay();
         let breach = self.airspace(&grants, self.limits.leave_lead).breach_at(here, leaving);
         let is_inside = self.areas_around(here).next().is_some();
         let watch = &mut self.airspace_watch;
@@ -283,12 +293,12 @@ impl World {
         if self.now.time < self.airspace_watch.ways_out.again {
             return;
         }
-        let grants = self.grants();
+        let grants = &self.permits().grants;
         let matters_for = self.longest_way_out().saturating_add(self.limits.leave_lead + RENEWAL_LEAD);
         let ending = self.areas_around(here).filter_map(|area| Some((area, *grants.get(&area.name)?)));
         let ending = ending.filter(|(_, left)| *left < matters_for);
         let times =
-            ending.filter_map(|(area, left)| Some((area.name.clone(), self.way_out_after(left, here, &grants)?)));
+            ending.filter_map(|(area, left)| Some((area.name.clone(), self.way_out_after(left, here, grants)?)));
         let times = times.collect();
         self.airspace_watch.ways_out = WaysOut { again: self.now.time + WAYS_OUT_PERIOD, times };
     }
@@ -311,25 +321,6 @@ impl World {
         with_turn(self.limits.farthest_out_m / against_wind_m_s + highest_m / vertical_m_s)
     }
 
-    /// The permissions, and until the tower is heard after a start also those for the areas around `here`: nobody knows that they are
-    /// missing, and a vehicle that was let in must not be turned out by a restart. They are for staying: no step begins by them.
-    fn grants_where_it_is(&self, here: Ned) -> Grants {
-        let mut grants = self.grants();
-        if self.permissions.awaits_first_ledger(self.now.time) {
-            let unknown = self.areas_around(here).filter(|it| it.kind == AreaKind::Permission);
-            grants.extend(unknown.map(|it| (it.name.clone(), Duration::MAX)));
-        }
-        grants
-    }
-
-    /// The same without those for other areas that are only remembered.
-    fn grants_to_go_on(&self, here: Ned) -> Grants {
-        let mut grants = self.grants_where_it_is(here);
-        let around: BTreeSet<&str> = self.areas_around(here).map(|it| &*it.name).collect();
-        grants.retain(|name, _| !self.permissions.is_only_remembered(name) || around.contains(&**name));
-        grants
-    }
-
     /// The area that may not be entered in which `vehicle` would come to rest if it braked now, in words.
     fn breach_at_rest(&self, vehicle: Vehicle) -> Option<String> {
         let speed_m_s = vehicle.speed_m_s();
@@ -345,7 +336,7 @@ impl World {
         );
         let speeds = Speeds::calm(speed_m_s, speed_m_s, speed_m_s);
         let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
-        let grants = self.grants_to_go_on(here);
+        let grants = self.permits().to_continue();
         let breach = self.airspace(&grants, Duration::ZERO).first_breach(here, at_rest, motion)?;
         // One that is held and ends soon is left by its own rule.
         let is_barred = matches!(breach.why, Why::KeepOut | Why::NotGranted);

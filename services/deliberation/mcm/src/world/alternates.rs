@@ -76,7 +76,7 @@ impl World {
         let turn = self.alternates.turn;
         let in_turn = (0..looks.len()).map(|it| (turn + it) % looks.len());
         let (new, known): (Vec<usize>, Vec<usize>) = in_turn.partition(|it| looks[*it].way.is_none());
-        let grants = self.grants_of_responses();
+        let grants = self.permits_of_responses();
         let (limits, energy) = (self.limits_in_wind(), self.energy());
         let view = self.viewpoint(vehicle.position, &grants, &limits, &energy);
         let (mut legs_left, mut next) = (LEGS_OF_A_LOOK, turn);
@@ -204,7 +204,7 @@ impl World {
     fn ranked_alternates(&self) -> Vec<Alternate> {
         let Some(here) = self.vehicle.map(|it| it.position) else { return Vec::new() };
         let is_same = self.alternates.entered.as_ref() == Some(&self.what_may_be_entered());
-        let grants = self.grants_of_responses();
+        let grants = self.permits_of_responses();
         let (limits, energy) = (self.limits_in_wind(), self.energy());
         let view = self.viewpoint(here, &grants, &limits, &energy);
         let mut legs_left = MOST_LEGS;

@@ -8,19 +8,19 @@ use kittiwake_proto::topics::Topic;
 
 use super::unknown_flags::shortened;
 use super::{SELF, World};
-use crate::journal::{CONTINGENCY, Cause, Decision, Said};
+use crate::journal::{CONTINGENCY, Cause, Entry, Said};
 
 impl World {
     /// Takes in the monitor's messages since the last tick: the newest introspection, and flags. Returns when the
     /// monitor counts as lost if nothing more comes.
     pub(crate) fn take_in_news(&mut self) -> Option<Time> {
-        self.committed = None;
         if let Some(vehicle) = self.news.take_vehicle() {
             let vehicle = self.confirmed.correct(vehicle, self.now.time, &self.limits);
             if let Some(mode) = vehicle.mode {
                 self.skills.on_mode(mode, vehicle.status_at);
             }
             self.vehicle = Some(vehicle);
+            self.permits.take();
             self.measure_consumption();
             self.flags.condition_gone(INTROSPECTION_LOST, SELF);
         }
@@ -40,9 +40,8 @@ impl World {
         self.watch_for_the_ground();
         let lost_from = self.watch_the_monitor();
         self.let_unanswered_flags_fall();
-        self.watch_narrowing();
+        self.take_decision();
         self.watch_progress();
-        self.say_what_waits();
         lost_from
     }
 
@@ -91,7 +90,7 @@ impl World {
             Some(row) => {
                 let reason = reason.into();
                 if self.flags.raise(self.now.time, row, source.into(), reason.clone(), measured) {
-                    self.journal.decided(self.now, Decision::Raised(row, reason, measured));
+                    self.journal.decided(self.now, Entry::Raised(row, reason, measured));
                 }
             }
         }
@@ -102,9 +101,10 @@ impl World {
         self.in_transition = flies;
     }
 
-    /// The transition action failed: its row takes over.
+    /// The transition action failed: its row takes over within this tick, before anything is sent.
     pub(crate) fn raise_transition_failed(&mut self, why: &str) {
         self.raise(domain::contingency::TRANSITION_FAILED, SELF, why);
+        self.take_decision();
     }
 
     /// The mission is over and the vehicle flies: its row brings it down.

@@ -3,13 +3,12 @@
 //!
 //! Nothing here waits or reads a clock.
 
-use std::collections::BTreeMap;
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 use behavior_tree::Library;
 use domain::consumption::Consumption;
 use domain::contingency::Contingencies;
-use domain::contingency::narrowing::Narrowing;
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::mission::{MissionOutcome, MissionReport};
@@ -25,9 +24,11 @@ use crate::clients::permissions::Permissions;
 use crate::clients::planner::Planner;
 use crate::clients::skills::{Handle, Progress, Skills};
 use crate::config::Limits;
+use crate::decide::Decision;
 use crate::flags::Flags;
-use crate::journal::{Decision, Journal, Said};
+use crate::journal::{Entry, Journal, Said};
 use crate::outbox::Outbox;
+use crate::permits::Permits;
 use crate::vehicle::{ConfirmedState, FlightJudge, Vehicle};
 
 mod airspace;
@@ -74,7 +75,7 @@ pub(crate) use plans::PlanProgress;
 use progress::FlightWatch;
 pub(crate) use response_way::ResponseWay;
 use responses::ActiveResponse;
-pub(crate) use responses::{Reset, Waits};
+pub(crate) use responses::Reset;
 pub(crate) use status::Reporter;
 pub(crate) use steps::NextStep;
 use unknown_flags::UnknownFlags;
@@ -112,14 +113,12 @@ pub(crate) struct World {
     flight_watch: FlightWatch,
     /// The response that is under way.
     response: Option<ActiveResponse>,
-    /// The row for which the nominal behavior was ended at this tick: it responds, whatever the phase has become by that.
-    committed: Option<usize>,
     /// Where it flies, with its row.
     response_way: Option<(usize, ResponseWay)>,
-    /// Flags that are up and not answered, by row, as recorded last.
-    waits: BTreeMap<usize, Waits>,
-    /// What the flags that are up forbid, whatever is flown.
-    narrowing: Narrowing,
+    /// What the vehicle may do with its permissions, once it was asked at this wake.
+    permits: OnceCell<Permits>,
+    /// What was decided at this tick.
+    decision: Decision,
     /// The response that is under way has no landing in reach without areas that are held and that a flag forbids to enter: it may.
     needs_held_areas: bool,
     /// Where the vehicle was when a flag rose that forbids to land there.
@@ -209,10 +208,9 @@ impl World {
             consumption: Consumption::default(),
             flight_watch: FlightWatch::default(),
             response: None,
-            committed: None,
             response_way: None,
-            waits: BTreeMap::new(),
-            narrowing: Narrowing::default(),
+            permits: OnceCell::new(),
+            decision: Decision::default(),
             needs_held_areas: false,
             no_landing_at: None,
             was_flying: false,
@@ -240,6 +238,7 @@ impl World {
         self.clock.pass(now, self.limits.pace);
         self.permissions.pass(now, self.limits.pace);
         self.permissions.know_areas(self.planner.areas());
+        self.permits.take();
     }
 
     /// Mission time.
@@ -264,7 +263,7 @@ impl World {
 
     /// Records a decision.
     pub(crate) fn record(&mut self, said: Said) {
-        self.journal.decided(self.now, Decision::Said(said));
+        self.journal.decided(self.now, Entry::Said(said));
     }
 
     /// Wants `goal` flown.
@@ -311,7 +310,7 @@ impl World {
             position: vehicle.position,
             flying: vehicle.flying,
             mode: vehicle.mode,
-            permissions: self.held_and_usable().into_iter().collect(),
+            permissions: self.enterable().into_iter().collect(),
             charge: vehicle.charge,
             gripper: vehicle.gripper,
         })

@@ -1,12 +1,11 @@
 //! What is forbidden while flags are up, whatever is flown: the rule is [`domain::contingency::narrowing`], and everything here that
 //! chooses a way, a speed or a place asks what it says.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
 use domain::airspace::{Breach, Grants, Motion};
-use domain::contingency::narrowing::{Narrowing, Narrows, narrowing};
+use domain::contingency::narrowing::{Narrowing, Narrows};
 use domain::contingency::{Phase, Severity};
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
@@ -19,6 +18,7 @@ use domain::way::FlightLimits;
 use super::World;
 use super::ground::SAME_SITE_M;
 use crate::journal::{CONTINGENCY, Cause, Said};
+use crate::permits::held_for;
 
 /// What a step waits for, while flags forbid the rest of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -40,16 +40,12 @@ pub(crate) struct NarrowedGoal {
 impl World {
     /// What is narrowed since the flags were taken in last.
     pub(crate) fn narrowing(&self) -> Narrowing {
-        self.narrowing
+        self.decision.narrowing
     }
 
-    /// Takes in what the flags that are up narrow, and records what begins and what is over.
-    pub(super) fn watch_narrowing(&mut self) {
-        let now = match self.flags.any_is_up() {
-            true => narrowing(self.table.rows(), self.raised(), self.flight_phase()),
-            false => Narrowing::default(),
-        };
-        let before = std::mem::replace(&mut self.narrowing, now);
+    /// Records what is forbidden from now on, and what no longer is.
+    pub(super) fn say_narrowing(&mut self, before: Narrowing) {
+        let now = self.decision.narrowing;
         if before == now {
             return;
         }
@@ -92,65 +88,33 @@ impl World {
 
     /// This speed over ground, or less while a flag slows the vehicle, in metres per second.
     pub(super) fn slowed(&self, speed_m_s: f64) -> f64 {
-        match self.narrowing.slow {
+        match self.decision.narrowing.slow {
             Some(_) => speed_m_s.min(self.limits.slow_speed_m_s),
             None => speed_m_s,
         }
-    }
-
-    /// The permissions that may be used for a way from here on: while no new area may be entered, those of the areas around the
-    /// vehicle, as long as a response has a landing in reach with them. The same holds for a permission older than the start that the tower has
-    /// not given again in time.
-    pub(super) fn grants_in_use(&self) -> Grants {
-        let mut grants = self.grants();
-        if !self.needs_held_areas {
-            let around = self.names_around();
-            let is_allowed = |name: &str| self.narrowing.no_new_area.is_none() || around.contains(name);
-            grants.retain(|name, _| is_allowed(name) && !self.is_overdue_in(&around, name));
-        }
-        grants
-    }
-
-    /// The names of the areas around the vehicle.
-    pub(super) fn names_around(&self) -> BTreeSet<&str> {
-        self.vehicle.map(|it| self.areas_around(it.position).map(|it| &*it.name).collect()).unwrap_or_default()
-    }
-
-    /// Whether `area` may not be entered by its permission: that is only remembered, the tower should have answered by now, and the vehicle
-    /// does not fly in the area already. `around`: the names of the areas around it. On the ground, where waiting costs nothing, the tower is asked
-    /// at once.
-    pub(super) fn is_overdue_in(&self, around: &BTreeSet<&str>, area: &str) -> bool {
-        let is_due = !self.is_flying() || !self.permissions.may_still_ask(self.now.time);
-        let stays = self.is_flying() && around.contains(area);
-        self.permissions.is_only_remembered(area) && is_due && !stays
-    }
-
-    /// The permissions that a response could use from here on, also one that is not under way: see [`World::look_for_held_areas`].
-    pub(super) fn grants_of_responses(&self) -> Grants {
-        if self.comes_down() { self.grants_in_use() } else { self.grants() }
     }
 
     /// Lets a response that brings the vehicle down, and that no landing is in reach of otherwise, enter areas whose permission is held
     /// although a flag forbids it: what was granted counts until it expires, and to ditch or to land anywhere is worse.
     pub(super) fn look_for_held_areas(&mut self) {
         if !self.comes_down() {
-            self.needs_held_areas = false;
+            self.need_held_areas(false);
             return;
         }
         if self.needs_held_areas {
             return;
         }
-        let (held, usable) = (self.held(), self.held_and_usable());
+        let (held, usable) = (held_for(&self.permits().grants, self.limits.permission_margin), self.enterable());
         let areas: Vec<String> = held.into_iter().filter(|it| !usable.contains(it)).collect();
         if areas.is_empty() || self.landing_in_reach().is_some() {
             return;
         }
-        self.needs_held_areas = true;
+        self.need_held_areas(true);
         let Some(place) = self.landing_in_reach() else {
-            self.needs_held_areas = false;
+            self.need_held_areas(false);
             return;
         };
-        let (areas, row) = (areas.join(", "), self.narrowing.no_new_area);
+        let (areas, row) = (areas.join(", "), self.decision.narrowing.no_new_area);
         let although = match row {
             Some(row) => format!("`{}` is up", self.flags.name(row)),
             None => "the tower has not decided about it again since the start".to_owned(),
@@ -165,9 +129,19 @@ impl World {
         self.record(said.taking(place, "with the permissions that are held".to_owned()));
     }
 
+    /// The permissions that a response could use from here on, also one that is not under way.
+    pub(super) fn permits_of_responses(&self) -> Grants {
+        if self.comes_down() { self.permits().to_begin() } else { self.permits().with_all_held() }
+    }
+
+    fn need_held_areas(&mut self, needs: bool) {
+        self.needs_held_areas = needs;
+        self.permits.take();
+    }
+
     /// The flag because of which no landing may begin at `place`, if there is one.
     pub(crate) fn landing_forbidden_by(&self, place: Ned) -> Option<&Arc<str>> {
-        let (row, at) = (self.narrowing.no_landing_here?, self.no_landing_at?);
+        let (row, at) = (self.decision.narrowing.no_landing_here?, self.no_landing_at?);
         (place.horizontal_distance_m(at) < SAME_SITE_M).then(|| self.flags.name(row))
     }
 
@@ -202,7 +176,7 @@ impl World {
         if goal == Goal::Land && self.landing_forbidden_by(here).is_some() {
             return Some((Barrier::Landing, here));
         }
-        self.narrowing.no_new_area?;
+        self.decision.narrowing.no_new_area?;
         let utc_ms = self.now.utc_ms;
         if let Some(Barrier::Area(name)) = present
             && self.planner.areas().iter().any(|it| it.name == *name && it.is_active(utc_ms))
@@ -220,7 +194,7 @@ impl World {
             Goal::Takeoff { .. } | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } => return None,
         };
         let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
-        let grants = self.grants_in_use();
+        let grants = self.permits().to_begin();
         let breach = self.airspace(&grants, self.limits.leave_lead).first_breach(here, to, motion)?;
         let at = match goal {
             Goal::Land => here,
@@ -239,8 +213,10 @@ impl World {
     pub(crate) fn say_held(&mut self, barrier: Option<&Barrier>) {
         let by = match barrier {
             None => return self.say("step", "goes on: no flag forbids it any more"),
-            Some(Barrier::Area(area)) => (self.narrowing.no_new_area, format!("before area {area}")),
-            Some(Barrier::Landing) => (self.narrowing.no_landing_here, "over the place of the landing".to_owned()),
+            Some(Barrier::Area(area)) => (self.decision.narrowing.no_new_area, format!("before area {area}")),
+            Some(Barrier::Landing) => {
+                (self.decision.narrowing.no_landing_here, "over the place of the landing".to_owned())
+            }
         };
         let (Some(row), place) = by else { return };
         let text = format!("holds {place} while `{}` is up", self.flags.name(row));
@@ -250,8 +226,8 @@ impl World {
     /// A step has held before this for as long as it may: why it fails. The next plan does without the area.
     pub(crate) fn give_up_before(&mut self, barrier: &Barrier) -> String {
         let (row, what) = match barrier {
-            Barrier::Area(area) => (self.narrowing.no_new_area, format!("area {area} is not entered")),
-            Barrier::Landing => (self.narrowing.no_landing_here, "no landing here".to_owned()),
+            Barrier::Area(area) => (self.decision.narrowing.no_new_area, format!("area {area} is not entered")),
+            Barrier::Landing => (self.decision.narrowing.no_landing_here, "no landing here".to_owned()),
         };
         let why = row.map_or_else(String::new, |row| format!("`{}` is up", self.flags.name(row)));
         if let Barrier::Area(area) = barrier {

@@ -66,7 +66,6 @@ impl World {
         self.planner.forget_flight();
         (self.response, self.response_way, self.no_landing_at) = (None, None, None);
         self.in_transition = false;
-        self.waits.clear();
         self.count_what_is_still_listed();
         self.blocked_sites.clear();
         let name = self.planner.status().map_or_else(String::new, |it| it.mission.clone());

@@ -218,7 +218,7 @@ impl World {
             let holds = self.flags.get(self.flags.name(*row)).is_some_and(|it| it.holds());
             self.table.rows()[*row].clears == Clears::WithCondition && !holds
         };
-        Ok(match self.responder().filter(|it| !is_over(it)) {
+        Ok(match self.next_responder().filter(|it| !is_over(it)) {
             None if is_frame_forgotten => {
                 let unknown = "an order of before, such as an abort, may be forgotten, and whether the local frame moved \
                                meanwhile is not known: see that the vehicle is where it is shown";
@@ -318,7 +318,7 @@ impl World {
 
     fn replan(&mut self, by: &str, ended: bool) -> Outcome {
         self.refuse_if_not_under_way(ended)?;
-        if let Some(flag) = self.answered_flag() {
+        if let Some(flag) = self.next_responder().map(|row| self.flags.name(row)) {
             return Err(format!("`{flag}` is answered; a new plan is made when that is over"));
         }
         self.planner.withdraw(format!("{by} wants a new plan"));
@@ -367,12 +367,12 @@ impl World {
             }
         }
         self.raise(flag, SOURCE, format!("ordered by {}", order.by));
-        let without_override = self.responder().filter(|it| *it != row);
+        let without_override = self.next_responder().filter(|it| *it != row);
         if order.overrides {
             self.operator.overriding = Some(flag.to_owned());
             self.flags.override_all();
         }
-        let first = self.responder().filter(|it| *it != row);
+        let first = self.next_responder().filter(|it| *it != row);
         if let (Some(other), None) = (without_override, first) {
             let other = self.flags.name(other).clone();
             self.say("operator", format!("{}: `{flag}` overrides `{other}`", order.by));

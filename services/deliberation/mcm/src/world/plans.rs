@@ -67,7 +67,7 @@ impl World {
         if now < due {
             return PlanProgress::Awaited(Some(due));
         }
-        let grants = self.grants_in_use();
+        let grants = self.permits().to_begin();
         if let Some(state) = self.planning_state()
             && self.planner.ask_for_plan(
                 (state, self.basis()),
@@ -86,7 +86,7 @@ impl World {
 
     /// What the planner is to know of permissions now.
     pub(super) fn basis(&self) -> Basis {
-        Basis { revision: self.permissions.revision(), held: self.held_and_usable() }
+        Basis { revision: self.permissions.revision(), held: self.enterable() }
     }
 
     /// No plan is wanted any more.
@@ -116,7 +116,7 @@ impl World {
     /// Every objective is settled, and the vehicle stands on the ground: the mission is over, also while a response keeps a plan from
     /// being asked for. It could prevent nothing but a takeoff, and none follows.
     pub(super) fn end_where_nothing_is_left(&mut self) {
-        let goes_on = self.mission.over.is_some() || self.awaits_start() || self.responder().is_none();
+        let goes_on = self.mission.over.is_some() || self.awaits_start() || self.next_responder().is_none();
         let is_known = self.planner.status().is_some_and(|it| !it.objectives.is_empty());
         if goes_on || !is_known || !self.planner.all_settled() {
             return;

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use domain::contingency::{Action, Clears, OPERATOR_LAND, Phase, Raised, Severity, Then, responder};
+use domain::contingency::{Action, Clears, Moment, OPERATOR_LAND, Phase, Raised, Severity, Then};
 use domain::decision::{DecisionKind, Rejected};
 use domain::geometry::Ned;
 use domain::mission::MissionOutcome;
+use domain::situation::{Seen, Sight, Situation};
 use domain::skill::Goal;
 use domain::time::Time;
 
@@ -14,8 +15,9 @@ use super::control::OF_ITS_OWN;
 use super::ground::SAME_SITE_M;
 use super::operator::is_order;
 use super::{Stay, World};
+use crate::decide::{Decision, decide};
 use crate::flags::age_s;
-use crate::journal::{CONTINGENCY, Cause, Decision, Passed, Said};
+use crate::journal::{CONTINGENCY, Cause, Entry, Passed, Said};
 
 /// The pause before the next try of a response, by the number of failed tries. (ENG: none before the second try, since
 /// a command may have been lost; later long enough that the table's other actions get their turn within seconds.)
@@ -53,19 +55,6 @@ pub(super) struct ActiveResponse {
     has_flown: bool,
 }
 
-/// What was recorded about a flag that is up and not answered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Waits {
-    /// Another row responds.
-    Behind(usize),
-    /// It does not count in this phase.
-    Until(Phase),
-    /// The vehicle is about to stand on the ground.
-    ForTouchdown,
-    /// The vehicle has not been seen yet.
-    ForFirstSight,
-}
-
 /// What follows for a flag whose response has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reset {
@@ -78,35 +67,46 @@ pub(crate) enum Reset {
 }
 
 impl World {
-    /// The row that responds; `None`: the nominal flight continues.
+    /// Decides by what is believed now, and records what is new. Every leaf of this tick acts by it.
+    pub(super) fn take_decision(&mut self) {
+        let now = self.decision_now();
+        let before = std::mem::replace(&mut self.decision, now);
+        self.permits.take();
+        self.say_narrowing(before.narrowing);
+        for (row, waits) in &self.decision.waits {
+            if before.waits.get(row) != Some(waits) {
+                self.journal.decided(self.now, Entry::Waits(*row, *waits));
+            }
+        }
+    }
+
+    /// What would be decided now, as between two ticks.
+    fn decision_now(&self) -> Decision {
+        let raised: Vec<Raised> = self.raised().collect();
+        decide(self.table.rows(), &raised, Moment { situation: self.situation(), phase: self.flight_phase() })
+    }
+
+    /// The row that responds at this tick; `None`: the nominal flight continues.
     pub(crate) fn responder(&self) -> Option<usize> {
-        if !self.flags.any_is_up() {
-            return None;
-        }
-        if self.mission.over.is_some() && self.is_on_ground() {
-            // A response under way is finished; no other begins.
-            return self.responding().filter(|_| !self.has_settled());
-        }
-        let ends_landing = self.ends_landing();
-        let must_wait = self.touches_down() || self.looks_first_until().is_some();
-        let raised = self.raised().filter(|it| {
-            !(ends_landing && self.only_prevents_takeoff(it) || must_wait && self.waits_until_it_stands(it))
-        });
-        responder(self.table.rows(), raised, self.flight_phase())
+        self.decision.responder
     }
 
-    /// The vehicle stands where the plan has landed it, and the step is not over yet: what follows from it comes before a response that
-    /// has nothing to hold.
-    fn ends_landing(&self) -> bool {
-        let lands = || self.planner.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
-        self.is_on_ground() && self.mission.over.is_none() && self.unplanned_landing.is_none() && lands()
+    /// The row that would respond now: after an order, and before the tick decides.
+    pub(crate) fn next_responder(&self) -> Option<usize> {
+        if self.flags.any_is_up() { self.decision_now().responder } else { None }
     }
 
-    /// On the ground it does nothing but to prevent a takeoff. What an operator orders, and a response that is under way, go on.
-    fn only_prevents_takeoff(&self, raised: &Raised) -> bool {
-        let row = &self.table.rows()[raised.row];
-        let holds = row.severity() == Severity::Hold && row.then == Then::Resume;
-        holds && raised.under_way.is_none() && !is_order(&row.flag)
+    /// The situation of the vehicle.
+    pub(crate) fn situation(&self) -> Situation {
+        let skill_lands = || self.skills.present().is_some_and(|(goal, _)| goal == Goal::Land);
+        let step_lands = || self.planner.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
+        let (seen, near_ground, lands) = match self.vehicle {
+            None if self.looks_first_until().is_some() => (Seen::NotYet, false, false),
+            None => (Seen::Never, false, false),
+            Some(it) if it.flying => (Seen::InAir, it.near_ground, skill_lands()),
+            Some(_) => (Seen::OnGround, false, self.unplanned_landing.is_none() && step_lands()),
+        };
+        Situation::of(Sight { seen, near_ground, lands, over: self.mission.over.is_some() })
     }
 
     /// The rows whose flags are up, most urgent first.
@@ -115,18 +115,8 @@ impl World {
             row,
             overrides: self.operator.overrides(self.flags.name(row)),
             is_overridden: self.flags.is_overridden(row),
-            under_way: match &self.response {
-                Some(response) if response.row == row => Some(self.severity(response)),
-                _ if self.committed == Some(row) => Some(self.table.rows()[row].severity()),
-                _ => None,
-            },
+            under_way: self.response.as_ref().filter(|it| it.row == row).map(|it| self.severity(it)),
         })
-    }
-
-    /// The nominal behavior ends for the row that responds now: a landing that ends is no landing any more, and a row that counts in that
-    /// phase alone responds nevertheless.
-    pub(crate) fn commit_to_response(&mut self) {
-        self.committed = self.responder();
     }
 
     /// Why no objective is flown any more; `None` while the mission goes on.
@@ -164,7 +154,6 @@ impl World {
 
     /// The response of a row begins.
     pub(crate) fn begin_response(&mut self, row: usize) {
-        self.committed = None;
         self.response = Some(ActiveResponse {
             row,
             action: 0,
@@ -181,7 +170,7 @@ impl World {
         let others = self.flags.rows_up().filter(|it| *it != row && !self.table.rows()[*it].only_slows());
         let others = others.take(MOST_REJECTED);
         let passed = others.map(|other| (other, self.why_passed(other, row, phase))).collect();
-        self.journal.decided(self.now, Decision::Responding(row, passed));
+        self.journal.decided(self.now, Entry::Responding(row, passed));
     }
 
     /// Why `other`, whose flag is up, does not respond when `row` begins to.
@@ -454,7 +443,7 @@ impl World {
         let crashed = self.flags.rows_up().find(|row| then(row) == Then::Crashed);
         // An order to come down that waited for another response is carried out by now: nothing lifts off after it.
         let is_ordered = |row: &usize| is_order(self.flags.name(*row)) && then(row) != Then::Resume;
-        let ends = || self.responder().filter(|row| then(row) != Then::Resume);
+        let ends = || self.next_responder().filter(|row| then(row) != Then::Resume);
         if let Some(row) = crashed.or_else(ends).or_else(|| self.flags.rows_up().find(is_ordered)) {
             let name = self.flags.name(row).clone();
             self.flag_answered(&name);
@@ -484,34 +473,6 @@ impl World {
         let rested_s = || self.at_rest_since.map_or(0.0, |it| (now - it).as_secs_f64());
         let is_new = || flag().is_some_and(|it| age_s(it, now) < rested_s());
         row.phases.contains(&Phase::OnGround) && (!is_over || ((lasts() || is_new()) && !is_order(name)))
-    }
-
-    /// Records for each flag that is up and not answered what it waits for, whenever that changes.
-    pub(super) fn say_what_waits(&mut self) {
-        let all_fall = self.mission.over.is_some() && self.is_on_ground();
-        if !self.flags.any_is_up() || all_fall {
-            self.waits.clear();
-            return;
-        }
-        let phase = if self.ends_landing() { Phase::Landing } else { self.flight_phase() };
-        let (responder, touches_down) = (self.responder(), self.touches_down());
-        for row in 0..self.table.rows().len() {
-            let waits = match responder {
-                _ if !self.flags.row_is_up(row) || self.table.rows()[row].only_slows() => None,
-                Some(other) if other == row => None,
-                Some(other) => Some(Waits::Behind(other)),
-                None if self.looks_first_until().is_some() => Some(Waits::ForFirstSight),
-                None if touches_down && self.table.rows()[row].phases.contains(&phase) => Some(Waits::ForTouchdown),
-                None => Some(Waits::Until(phase)),
-            };
-            let Some(waits) = waits else {
-                self.waits.remove(&row);
-                continue;
-            };
-            if self.waits.insert(row, waits) != Some(waits) {
-                self.journal.decided(self.now, Decision::Waits(row, waits));
-            }
-        }
     }
 }
 

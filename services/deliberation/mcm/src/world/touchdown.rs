@@ -1,9 +1,8 @@
 //! Between standing and flying: nothing is flown to but the ground (docs/decisions.md, "Near the ground there is one way to go").
 
-use domain::contingency::{Raised, Severity, Then};
 use domain::decision::DecisionKind;
 use domain::fmu::FlightMode;
-use domain::skill::Goal;
+use domain::situation::Situation;
 use domain::time::Time;
 
 use super::World;
@@ -13,7 +12,7 @@ use crate::vehicle::Vehicle;
 impl World {
     /// Whether the vehicle flies, and has hardly lifted off, or touches the ground at the end of a landing.
     pub(crate) fn is_near_ground(&self) -> bool {
-        self.vehicle.is_some_and(|it| it.flying && it.near_ground)
+        self.is_flying() && self.situation().is_near_ground()
     }
 
     /// Whether the vehicle touches the ground in landing mode, no matter which landing it is: nothing else may be commanded then.
@@ -29,7 +28,7 @@ impl World {
 
     /// A landing touches the ground: it is flown to its end, whatever else is to be flown.
     pub(crate) fn touches_down(&self) -> bool {
-        self.is_near_ground() && self.skills.present().is_some_and(|(goal, _)| goal == Goal::Land)
+        self.situation() == Situation::TouchingDown
     }
 
     /// A manager that was just started and has not seen the vehicle yet does not know whether it touches the ground. It looks first, until
@@ -40,13 +39,6 @@ impl World {
         let limit = if speaks { self.limits.land_detector } else { self.limits.introspection };
         let until = self.watches_since? + limit;
         (self.vehicle.is_none() && self.now.time < until).then_some(until)
-    }
-
-    /// At a touchdown, and before the vehicle has been seen, a response that flies elsewhere, or hovers, waits: nothing is as safe as to stand.
-    /// What is answered then is a vehicle on the ground, which lifts off for nothing. One that ends the mission does so by landing here.
-    pub(super) fn waits_until_it_stands(&self, raised: &Raised) -> bool {
-        let row = &self.table.rows()[raised.row];
-        raised.under_way.is_none() && row.severity() < Severity::Land && row.then == Then::Resume
     }
 
     /// Whether nothing is to be flown to but the ground: near it; and once the vehicle has stood after the end of the mission, which the report is

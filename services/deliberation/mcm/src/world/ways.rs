@@ -47,7 +47,7 @@ impl World {
     pub(crate) fn way_out(&self) -> Option<WayOut> {
         let here = self.vehicle?.position;
         let leaving = self.time_to_leave_all(here);
-        let (grants, limits) = (self.grants_in_use(), &self.limits_in_wind());
+        let (grants, limits) = (self.permits().to_begin(), &self.limits_in_wind());
         let airspace = self.airspace(&grants, self.limits.leave_lead.saturating_add(leaving));
         let farthest_m = self.limits.farthest_out_m;
         let may_be_flown = |way: &[Ned]| {
@@ -79,7 +79,7 @@ impl World {
             return Some(format!("is one where no landing begins while `{flag}` is up"));
         }
         let here = self.vehicle?.position;
-        let (grants, limits) = (self.grants_in_use(), &self.flight_limits());
+        let (grants, limits) = (self.permits().to_begin(), &self.flight_limits());
         let airspace = self.airspace(&grants, self.limits.leave_lead);
         let flight_s = limits.speeds.time_along_s(here, &[site.at_height(here.height_m()), site]);
         let arrival = latest(Duration::try_from_secs_f64(flight_s).unwrap_or(Duration::MAX));
@@ -91,15 +91,14 @@ impl World {
     /// within [`FREE_GROUND_LIMIT_S`].
     pub(crate) fn way_to_free_ground(&self) -> Option<Vec<Ned>> {
         let here = self.vehicle?.position;
-        let (grants, limits) = (self.grants_in_use(), self.flight_limits());
+        let (grants, limits) = (self.permits().to_begin(), self.flight_limits());
         let way = way::way_to_free_ground(here, &self.airspace(&grants, self.limits.leave_lead), &limits)?;
         (limits.speeds.time_along_s(here, &way) <= FREE_GROUND_LIMIT_S).then_some(way)
     }
 
     /// The areas in or over which no landing is allowed `here`.
     pub(super) fn areas_that_forbid_landing(&self, here: Ned) -> Vec<String> {
-        let grants = self.grants();
-        let barred = self.airspace(&grants, self.limits.leave_lead).barred(Duration::ZERO);
+        let barred = self.airspace(&self.permits().grants, self.limits.leave_lead).barred(Duration::ZERO);
         barred.into_iter().filter(|it| it.is_at_or_below(here)).map(|it| it.name.clone()).collect()
     }
 
@@ -126,12 +125,14 @@ impl World {
     /// The permissions without which there is no way to `to`, if there is one with them.
     pub(super) fn needed_for_way(&self, to: Ned, preferred_height_m: f64) -> BTreeSet<String> {
         let Some(here) = self.vehicle.map(|it| it.position) else { return BTreeSet::new() };
-        // Also of areas that a flag forbids to enter: that is waited for, not asked for.
-        let (mut held, around) = (self.grants(), self.names_around());
-        held.retain(|name, _| !self.is_overdue_in(&around, name));
+        let permits = self.permits();
+        let held = permits.to_begin();
         let airspace = self.airspace(&held, self.limits.leave_lead);
         let found = way::way_if_granted(here, to, preferred_height_m, &airspace, &self.flight_limits(), MOST_LEGS);
-        found.way.map(|it| it.needs).unwrap_or_default()
+        let mut needs = found.way.map(|it| it.needs).unwrap_or_default();
+        // What a flag forbids is waited for, not asked for.
+        needs.retain(|area| !permits.is_only_forbidden(area));
+        needs
     }
 
     /// Asks for the permissions without which there is no way to `to`, if that is why there is none; returns whether an
@@ -157,7 +158,7 @@ impl World {
     /// The same with limited effort.
     pub(crate) fn way_within(&self, to: Ned, preferred_height_m: f64, most_legs: u32) -> Found<Vec<Ned>> {
         let Some(here) = self.vehicle.map(|it| it.position) else { return Found { way: None, legs: 0 } };
-        let grants = self.grants_in_use();
+        let grants = self.permits().to_begin();
         let airspace = self.airspace(&grants, self.limits.leave_lead);
         way::way_within(here, to, preferred_height_m, &airspace, &self.flight_limits(), most_legs)
     }
@@ -173,7 +174,7 @@ impl World {
         let breach =
             self.breach_on_way(here, site.at_height(here.height_m()), self.flight_limits().speeds.cruise_m_s)?;
         let name = &breach.area;
-        if let Some(row) = self.narrowing.no_new_area.filter(|_| self.grants().contains_key(name)) {
+        if let Some(row) = self.decision.narrowing.no_new_area.filter(|_| self.permits().grants.contains_key(name)) {
             return Some(format!("area {name} is not entered while `{}` is up", self.flags.name(row)));
         }
         let area = self.planner.areas().iter().find(|it| it.name == *name)?;
