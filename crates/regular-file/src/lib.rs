@@ -1,5 +1,11 @@
 //! Opens files that a human names or puts into a folder: configurations, missions, certificates, keys, the audit trail. None of them may hold
 //! a process up or take its memory, whatever is in its place: a pipe waits for somebody at its other end, and a device may never end.
+//!
+//! A file that is replaced while a process runs is followed by [`Followed`].
+
+mod followed;
+
+pub use followed::{Followed, Unusable};
 
 use std::fs::{File, FileType, OpenOptions};
 use std::io::{Error, ErrorKind, Read as _, Result, Write as _};
