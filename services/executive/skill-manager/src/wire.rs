@@ -5,9 +5,8 @@ use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::{self, SkillOutcome};
 
-use crate::executor::Request;
+use crate::executor::{Answer, Request};
 use crate::fsm::{SkillId, SkillState};
-use crate::history::Answer;
 use crate::messages::{Feedback, Input, Output, SkillReport};
 
 /// The input in a message; `None` where the message is of no interest.
