@@ -220,7 +220,7 @@ impl World {
 
     /// The frame that the places of the mission are in, for as long as one is under way.
     pub(super) fn mission_frame(&self) -> Option<Frame> {
-        let is_begun = self.mission.started.is_some() || self.control.is_remembered;
+        let is_begun = self.mission.started_s.is_some() || self.control.is_remembered;
         let is_under_way = self.mission.over.is_none() || self.was_flying;
         self.control.frame.filter(|_| is_begun && is_under_way)
     }
@@ -248,7 +248,7 @@ impl World {
         self.control.frame = Some(Frame { epoch, origin: reference.or(origin.filter(|_| before == epoch)) });
         // If everything was started again at once, epochs may begin at zero again: then only the origins show that the frame is another one.
         let is_another = self.control.awaits_comparison && is_same == Some(false) && !self.flags.is_up(FRAME_MOVED);
-        let was_begun = self.mission.started.is_some() || self.control.is_remembered;
+        let was_begun = self.mission.started_s.is_some() || self.control.is_remembered;
         self.control.awaits_comparison &= is_same.is_none();
         if before != epoch || is_another {
             self.confirmed = ConfirmedState::default();
