@@ -75,20 +75,16 @@ impl Executor {
         answer
     }
 
-    /// Whether a pilot or another ground station flies the vehicle.
-    pub(crate) fn is_flown_by_other(&self) -> bool {
-        self.resource.flown_by_other().is_some()
+    /// How it is known that a pilot or another ground station flies the vehicle; `None`: nobody else does.
+    pub(crate) fn flown_by_other(&self) -> Option<&str> {
+        self.resource.flown_by_other()
     }
 
-    /// Cancels a skill that has not ended; `quietly`: somebody else flies, so that nothing is commanded.
+    /// Cancels a skill that has not ended.
     ///
     /// # Errors
     /// If there is nothing to cancel; the text says why.
-    pub(crate) fn cancel(&mut self, id: SkillId, quietly: bool, now: Now) -> Result<(), String> {
-        if quietly {
-            self.resource.let_others_fly(now);
-            return Ok(());
-        }
+    pub(crate) fn cancel(&mut self, id: SkillId, now: Now) -> Result<(), String> {
         if self.resource.cancel(id, now) {
             return Ok(());
         }

@@ -40,10 +40,10 @@ pub(crate) fn request(message: v1::SkillRequest) -> Request {
 }
 
 /// The answer to a request.
-pub(crate) fn skill_reply(answer: Answer, flown_by_other: bool) -> v1::SkillReply {
+pub(crate) fn skill_reply(answer: Answer) -> v1::SkillReply {
     match answer {
-        Ok(id) => v1::SkillReply { skill_id: id.0, refusal: String::new(), flown_by_other: false },
-        Err(refusal) => v1::SkillReply { skill_id: 0, refusal, flown_by_other },
+        Ok(id) => v1::SkillReply { skill_id: id.0, refusal: String::new() },
+        Err(refusal) => v1::SkillReply { skill_id: 0, refusal },
     }
 }
 
