@@ -68,10 +68,6 @@ pub struct Settings {
     /// What flies is the simulator of this run of `up`, and ends with it. A real aircraft may be in the air before a process first starts
     #[arg(long, hide = true)]
     pub simulated: bool,
-    /// Where the gateway keeps a copy of the tokens that are valid: one that has run before takes it where the access folder has none that
-    /// can be used
-    #[arg(long, value_name = "FILE", hide = true)]
-    pub tokens_copy: Option<PathBuf>,
     /// The public key of the control tower: with it a mission manager believes only permissions that the tower has signed.
     /// Without it `up` takes that of its own tower
     #[arg(long, value_name = "FILE")]
@@ -127,7 +123,6 @@ impl Settings {
             state: None,
             has_run: false,
             simulated: false,
-            tokens_copy: None,
             tower_key: None,
             tower_secret: None,
             tls_certificate: None,
@@ -156,7 +151,6 @@ impl Settings {
         add("--recordings", self.recordings.clone().map(Into::into));
         add("--record-inputs", self.record_inputs.clone().map(Into::into));
         add("--state", self.state.clone().map(Into::into));
-        add("--tokens-copy", self.tokens_copy.clone().map(Into::into));
         add("--tower-key", self.tower_key.clone().map(Into::into));
         add("--tower-secret", self.tower_secret.clone().map(Into::into));
         add("--tls-certificate", self.tls_certificate.clone().map(Into::into));

@@ -133,6 +133,8 @@ topics! {
     WindEstimate "fmu/out/wind" Sampled;
     /// What became of a skill.
     SkillEvent "skill/event" Transition;
+    /// Who flies the vehicle, 2 Hz and on every change.
+    SkillControl "skill/control" Transition;
     /// 10 Hz while a skill executes.
     SkillFeedback "skill/feedback" State;
     /// 100 Hz.

@@ -2,8 +2,10 @@
 
 use std::io::Write;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::sync_channel;
 use std::time::Duration;
+
+use regular_file::DiskThread;
 
 /// Lines that wait for a reader; more are dropped, and counted.
 const WAITING: usize = 1024;
@@ -13,7 +15,7 @@ pub(super) type Job = Box<dyn FnOnce() + Send>;
 
 /// The thread; it ends with the process.
 pub(super) struct Background {
-    jobs: SyncSender<Job>,
+    thread: DiskThread<Job>,
     dropped: AtomicU64,
 }
 
@@ -21,11 +23,10 @@ impl Background {
     /// # Errors
     /// If the operating system gives no thread.
     pub(super) fn start() -> std::io::Result<Background> {
-        let (jobs, waiting): (_, Receiver<Job>) = sync_channel(WAITING);
-        std::thread::Builder::new()
-            .name("output".into())
-            .spawn(move || waiting.into_iter().for_each(|write| write()))?;
-        Ok(Background { jobs, dropped: AtomicU64::new(0) })
+        let thread = DiskThread::start("output", WAITING, Duration::ZERO, |jobs| {
+            jobs.into_iter().for_each(|write: Job| write());
+        })?;
+        Ok(Background { thread, dropped: AtomicU64::new(0) })
     }
 
     /// Has it written, or drops it if too much waits. It waits for nothing.
@@ -38,7 +39,7 @@ impl Background {
                 job();
             }),
         };
-        if self.jobs.try_send(job).is_err() {
+        if self.thread.hand_over(job).is_err() {
             self.dropped.fetch_add(dropped + 1, Ordering::Relaxed);
         }
     }
@@ -50,7 +51,7 @@ impl Background {
         let tell = move || {
             let _ = written.send(());
         };
-        if self.jobs.try_send(Box::new(tell)).is_ok() {
+        if self.thread.hand_over(Box::new(tell)).is_ok() {
             let _ = wait.recv_timeout(limit);
         }
     }

@@ -8,10 +8,11 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SendError, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SendError, sync_channel};
 use std::time::Duration;
 
 use domain::file::{Mistakes, Source};
+use regular_file::{DiskThread, NotTaken};
 use simulation::recording::file::Writer;
 use simulation::recording::{Entry, Header, Sink, trees};
 
@@ -31,10 +32,7 @@ type Recording = Writer<BufWriter<fs::File>>;
 /// Where the entries of one process go.
 pub struct Inputs {
     path: PathBuf,
-    /// `None` once nothing more is written.
-    sender: Option<SyncSender<Entry>>,
-    /// Disconnected once the thread has ended.
-    running: Receiver<()>,
+    thread: DiskThread<Entry>,
     is_whole: Arc<AtomicBool>,
 }
 
@@ -83,17 +81,12 @@ impl Inputs {
         open: impl FnOnce() -> io::Result<Recording> + Send + 'static,
         is_awaited: bool,
     ) -> io::Result<Inputs> {
-        let (sender, entries) = sync_channel(WAITING);
-        let (end, running) = sync_channel(1);
         // Without room: what is not received any more is not lost in it.
         let (opened, is_open) = sync_channel(0);
         let is_open = is_awaited.then_some(is_open);
         let is_whole = Arc::new(AtomicBool::new(true));
         let (of_thread, named) = (is_whole.clone(), path.clone());
-        let record = move || {
-            let _end: SyncSender<()> = end;
-            // Given up before the end is told: what is sent after that is taken by nobody.
-            let entries = entries;
+        let record = move |entries: Receiver<Entry>| {
             let written = match open() {
                 Ok(file) => {
                     // Fails if nobody awaits it.
@@ -110,7 +103,7 @@ impl Inputs {
                 output::error_line(format_args!("{path}: cannot be written: {cause}; nothing more is recorded"));
             }
         };
-        std::thread::Builder::new().name("inputs".into()).spawn(record)?;
+        let thread = DiskThread::start("inputs", WAITING, END_LIMIT, record)?;
         match is_open.map(|it| it.recv_timeout(OPEN_LIMIT)) {
             None | Some(Ok(Ok(()))) => {}
             Some(Ok(Err(cause))) => return Err(cause),
@@ -122,7 +115,7 @@ impl Inputs {
             }
             Some(Err(RecvTimeoutError::Disconnected)) => return Err(io::Error::other("its thread has ended")),
         }
-        Ok(Inputs { path, sender: Some(sender), running, is_whole })
+        Ok(Inputs { path, thread, is_whole })
     }
 }
 
@@ -138,33 +131,27 @@ fn write(entries: &Receiver<Entry>, mut file: Recording, is_whole: &AtomicBool) 
 
 impl Sink for Inputs {
     fn take(&mut self, entry: Entry) {
-        let Some(sender) = &self.sender else { return };
-        match sender.try_send(entry) {
-            Ok(()) => {}
-            Err(TrySendError::Full(_)) => {
-                self.is_whole.store(false, Ordering::Release);
-                self.sender = None;
-                let path = self.path.display();
-                output::error_line(format_args!("{path}: the disk does not keep up; nothing more is recorded"));
-            }
-            // The thread has said why.
-            Err(TrySendError::Disconnected(_)) => self.sender = None,
+        // A thread that has ended has said why.
+        if self.thread.hand_over(entry) == Err(NotTaken::Full) {
+            self.is_whole.store(false, Ordering::Release);
+            self.thread.close();
+            let path = self.path.display();
+            output::error_line(format_args!("{path}: the disk does not keep up; nothing more is recorded"));
         }
-    }
-}
-
-/// The end mark is written before the process ends.
-impl Drop for Inputs {
-    fn drop(&mut self) {
-        self.sender = None;
-        // A disk that hangs ends with the process.
-        let _ = self.running.recv_timeout(END_LIMIT);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::mpsc::SyncSender;
+
+    /// Longer than any disk of a test takes.
+    const LONG: Duration = Duration::from_secs(60);
+
+    fn takes_more(inputs: &Inputs) -> bool {
+        inputs.thread.hand_over(entry()).is_ok()
+    }
 
     fn header() -> Header {
         Header {
@@ -200,10 +187,8 @@ mod tests {
         let file = tempfile::NamedTempFile::new().unwrap();
         assert!(Inputs::begin(file.path(), "mcm", header(), true).is_err());
         let mut inputs = Inputs::begin(file.path(), "mcm", header(), false).unwrap();
-        // Once the thread has ended nobody reads, and nothing is kept.
-        let _ = inputs.running.recv();
         inputs.take(entry());
-        assert!(inputs.sender.is_none());
+        assert!(inputs.thread.end_within(LONG), "it waits for nothing");
     }
 
     /// A disk that does not answer until the sender is dropped.
@@ -223,7 +208,7 @@ mod tests {
         for _ in 0..=WAITING {
             inputs.take(entry());
         }
-        assert!(inputs.sender.is_none(), "it does not wait for more than there is room for");
+        assert!(!takes_more(&inputs), "it does not wait for more than there is room for");
         drop(inputs);
         let (_disk, open) = hanging();
         assert!(Inputs::start("uav1-mcm-7.inputs".into(), open, true).is_ok(), "it has refused nothing");
@@ -245,9 +230,7 @@ mod tests {
                 inputs.take(entry());
             }
             drop(disk);
-            inputs.sender = None;
-            // The thread has ended.
-            let _ = inputs.running.recv();
+            assert!(inputs.thread.end_within(LONG));
             let read = simulation::recording::file::read(&path).map_err(|it| it.to_string());
             match is_whole {
                 true => assert_eq!(read, Ok((header(), vec![entry(); entries]))),

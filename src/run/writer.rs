@@ -5,10 +5,11 @@
 
 #![expect(clippy::disallowed_methods, reason = "the disk is on the wall clock")]
 
-use std::sync::mpsc::{self, Receiver, SyncSender};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
+use regular_file::DiskThread;
 use store::{InUse, Loaded, Medium, Store};
 
 const RETRY: Duration = Duration::from_secs(1);
@@ -17,9 +18,11 @@ const END_LIMIT: Duration = Duration::from_secs(1);
 
 /// Saves states in the order in which they are handed over.
 pub struct Writer {
-    shared: Arc<Shared>,
-    /// Disconnected once the thread has ended.
-    running: Receiver<()>,
+    states: Arc<Mutex<States>>,
+    /// It is told that there is a newer state, at most once: the state itself is not queued, since a newer one replaces it.
+    thread: DiskThread<()>,
+    /// Of the first attempt.
+    attempted: Receiver<()>,
 }
 
 /// A state that waits for its turn.
@@ -43,17 +46,12 @@ pub struct Progress {
 }
 
 #[derive(Default)]
-struct Shared {
-    jobs: Mutex<Jobs>,
-    changed: Condvar,
-}
-
-#[derive(Default)]
-struct Jobs {
+struct States {
+    /// The number of the newest.
     number: u64,
+    /// The newest, while it waits.
     newest: Option<Vec<u8>>,
     progress: Progress,
-    closing: bool,
 }
 
 impl Writer {
@@ -65,99 +63,95 @@ impl Writer {
         open: impl FnOnce() -> Result<(Store<M>, Loaded), InUse> + Send + 'static,
         wake: impl Fn() + Send + 'static,
     ) -> std::io::Result<(Writer, Receiver<Result<Loaded, InUse>>)> {
-        let shared = Arc::new(Shared::default());
+        let states: Arc<Mutex<States>> = Arc::default();
         let (opened, loaded) = mpsc::sync_channel(1);
-        let (end, running) = mpsc::sync_channel(1);
-        let thread = shared.clone();
-        std::thread::Builder::new().name("memory".into()).spawn(move || {
-            let _end: SyncSender<()> = end;
-            match open() {
-                Ok((store, loaded)) => {
-                    // Fails if the service has gone on without it.
-                    let _ = opened.send(Ok(loaded));
-                    thread.save_all(store, wake);
-                }
-                Err(in_use) => drop(opened.send(Err(in_use))),
+        let (attempt, attempted) = mpsc::sync_channel(1);
+        let of_thread = states.clone();
+        let thread = DiskThread::start("memory", 1, END_LIMIT, move |news| match open() {
+            Ok((store, loaded)) => {
+                // Fails if the service has gone on without it.
+                let _ = opened.send(Ok(loaded));
+                save_all(&of_thread, store, &news, &attempt, wake);
             }
+            Err(in_use) => drop(opened.send(Err(in_use))),
         })?;
-        Ok((Writer { shared, running }, loaded))
+        Ok((Writer { states, thread, attempted }, loaded))
     }
 
     /// Has `state` saved, in place of one that still waits.
     pub fn save(&self, state: Vec<u8>) -> HandedOver {
-        let mut jobs = self.shared.lock();
-        jobs.number += 1;
-        let replaces_one = jobs.newest.replace(state).is_some();
-        jobs.progress.since.get_or_insert_with(Instant::now);
-        self.shared.changed.notify_all();
-        HandedOver { number: jobs.number, replaces_one }
+        let mut states = lock(&self.states);
+        states.number += 1;
+        let replaces_one = states.newest.replace(state).is_some();
+        states.progress.since.get_or_insert_with(Instant::now);
+        // Full where it is told already.
+        let _ = self.thread.hand_over(());
+        HandedOver { number: states.number, replaces_one }
     }
 
     /// How far it has come.
     pub fn progress(&self) -> Progress {
-        self.shared.lock().progress.clone()
+        lock(&self.states).progress.clone()
     }
 
     /// The same, as soon as the first attempt has been made, or after `limit`.
     pub fn first_progress(&self, limit: Duration) -> Progress {
-        let jobs = self.shared.lock();
-        let waits = |jobs: &mut Jobs| jobs.progress.outcome.is_none();
-        let waited = self.shared.changed.wait_timeout_while(jobs, limit, waits);
-        waited.unwrap_or_else(|poisoned| poisoned.into_inner()).0.progress.clone()
+        let _ = self.attempted.recv_timeout(limit);
+        self.progress()
     }
 }
 
-impl Drop for Writer {
-    fn drop(&mut self) {
-        self.shared.lock().closing = true;
-        self.shared.changed.notify_all();
-        // A disk that hangs ends with the process.
-        let _ = self.running.recv_timeout(END_LIMIT);
-    }
-}
-
-impl Shared {
-    fn save_all<M: Medium>(&self, mut store: Store<M>, wake: impl Fn()) {
-        let mut failed = None;
-        while let Some((number, state)) = self.next(failed.take()) {
-            let outcome = store.save(&state).map_err(|trouble| trouble.to_string());
-            let is_saved = outcome.is_ok();
-            let mut jobs = self.lock();
-            let since = match (is_saved, jobs.number == number) {
-                (true, true) => None,
-                (true, false) => Some(Instant::now()),
-                (false, _) => jobs.progress.since,
-            };
-            jobs.progress = Progress { done: number, outcome: Some(outcome), since };
-            drop(jobs);
-            self.changed.notify_all();
-            wake();
-            if is_saved && self.lock().newest.is_none() {
-                store.save_again(&state);
-            }
-            failed = (!is_saved).then_some((number, state));
-        }
-    }
-
-    /// The next state to save: the newest, or the one that failed once its pause is over; `None` at the end.
-    fn next(&self, failed: Option<(u64, Vec<u8>)>) -> Option<(u64, Vec<u8>)> {
-        let jobs = self.lock();
-        let waits = |jobs: &mut Jobs| jobs.newest.is_none() && !jobs.closing;
-        let mut jobs = match &failed {
-            None => self.changed.wait_while(jobs, waits).unwrap_or_else(|poisoned| poisoned.into_inner()),
-            Some(_) => {
-                let waited = self.changed.wait_timeout_while(jobs, RETRY, waits);
-                waited.unwrap_or_else(|poisoned| poisoned.into_inner()).0
-            }
+fn save_all<M: Medium>(
+    states: &Mutex<States>,
+    mut store: Store<M>,
+    news: &Receiver<()>,
+    attempted: &SyncSender<()>,
+    wake: impl Fn(),
+) {
+    let mut failed = None;
+    while let Some((number, state)) = next(states, news, failed.take()) {
+        let outcome = store.save(&state).map_err(|trouble| trouble.to_string());
+        let is_saved = outcome.is_ok();
+        let mut now = lock(states);
+        let since = match (is_saved, now.number == number) {
+            (true, true) => None,
+            (true, false) => Some(Instant::now()),
+            (false, _) => now.progress.since,
         };
-        match jobs.newest.take() {
-            Some(state) => Some((jobs.number, state)),
-            None if jobs.closing => None,
-            None => failed,
+        now.progress = Progress { done: number, outcome: Some(outcome), since };
+        drop(now);
+        // Full after the first.
+        let _ = attempted.try_send(());
+        wake();
+        if is_saved && lock(states).newest.is_none() {
+            store.save_again(&state);
+        }
+        failed = (!is_saved).then_some((number, state));
+    }
+}
+
+/// The next state to save: the newest, or the one that failed once its pause is over; `None` at the end.
+fn next(states: &Mutex<States>, news: &Receiver<()>, failed: Option<(u64, Vec<u8>)>) -> Option<(u64, Vec<u8>)> {
+    let newest = || {
+        let mut states = lock(states);
+        states.newest.take().map(|state| (states.number, state))
+    };
+    loop {
+        if let Some(newest) = newest() {
+            return Some(newest);
+        }
+        let told = match failed {
+            None => news.recv().map_err(RecvTimeoutError::from),
+            Some(_) => news.recv_timeout(RETRY),
+        };
+        match told {
+            Ok(()) => {}
+            Err(RecvTimeoutError::Timeout) => return failed,
+            Err(RecvTimeoutError::Disconnected) => return newest(),
         }
     }
+}
 
-    fn lock(&self) -> MutexGuard<'_, Jobs> {
-        self.jobs.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
-    }
+fn lock(states: &Mutex<States>) -> MutexGuard<'_, States> {
+    states.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }

@@ -34,8 +34,8 @@ pub enum Failure {
 }
 
 /// The tokens and the audit trail in the access folder, of which the newest `audit_files` files are kept; without a folder no token is
-/// valid. A gateway that may be needed in flight starts without a trail that can be written: an aircraft is not left without its
-/// operators.
+/// valid. A gateway that may be needed in flight starts without a trail that can be written, and one that is started again without tokens,
+/// until their file is mended: an aircraft is not left without its operators.
 ///
 /// # Errors
 /// If there are no tokens, another gateway writes the trail, or nothing flies and the trail cannot be written.
@@ -44,9 +44,12 @@ pub fn access_control(settings: &Settings, audit_files: usize) -> Result<AccessC
         return Ok(AccessControl { tokens: Tokens::default(), audit: Audit::in_memory() });
     };
     let path = folder.join(TOKENS);
-    let tokens = match &settings.tokens_copy {
-        Some(copy) => Tokens::read_or_copied(&path, copy, settings.has_run)?,
-        None => Tokens::read(&path)?,
+    let tokens = match Tokens::read(&path) {
+        Err(refusal) if settings.has_run => {
+            output::error_line(format_args!("{refusal}\ngateway: until it can be used no token is valid"));
+            Tokens::awaited(path, &refusal)
+        }
+        read => read?,
     };
     let open = if nothing_flies(settings) { open } else { open_or_failing };
     Ok(AccessControl { tokens, audit: open(folder, audit_files)? })
@@ -124,21 +127,19 @@ mod tests {
     fn a_gateway_that_has_run_before_starts_whatever_became_of_its_folder() {
         #[track_caller]
         fn check(spoil: impl FnOnce(&Path), problems: usize) {
-            let (place, run) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+            let place = tempfile::tempdir().unwrap();
             let folder = &place.path().join("access");
             run_file::private_folder(folder).unwrap();
             run_file::write_private(&folder.join(TOKENS), entry("anna", &Role::ALL, "secret").as_bytes()).unwrap();
-            let tokens_copy = Some(run.path().join("copy.toml"));
-            let first = Settings { tokens_copy, simulated: true, ..of_folder(folder) };
+            let first = Settings { simulated: true, ..of_folder(folder) };
             let again = Settings { has_run: true, ..first.clone() };
             let before = access_control(&first, 1).unwrap();
-            let who = before.tokens.identify("secret", 0).unwrap().clone();
-            std::fs::copy(folder.join(TOKENS), run.path().join("copy.toml")).unwrap();
+            assert!(before.tokens.identify("secret", 0).is_some());
             drop(before);
             spoil(folder);
             assert!(access_control(&first, 1).is_err(), "a first start is refused");
             let after = access_control(&again, 1).unwrap();
-            assert_eq!(after.tokens.identify("secret", 0), Some(&who));
+            assert_eq!(after.tokens.identify("secret", 0), None, "until the file can be used");
             assert_eq!(after.audit.problems().len(), problems);
         }
         check(|it| std::fs::write(it.join(TOKENS), "[[token").unwrap(), 0);

@@ -3,19 +3,17 @@
 //! A process that is started again in flight reads its files again. It reads the copy, so somebody who changes the files
 //! meanwhile, or installs those of another version, changes the next run and not this one. The control tower's public key is in it too:
 //! without it no mission manager comes back. Certificates, secret keys and tokens are no part of it: they are replaced while a system
-//! runs, and no copy of a secret is made. The gateway itself keeps a copy of the valid tokens' hashes, as new as they are, in memory of
-//! the launcher (`token_copy`).
+//! runs, and no copy of a secret is made.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::check_inputs;
 use crate::config::Config;
 use crate::run::run_file::{Remembered, RunFolder};
 use crate::run::tower_key;
 use crate::settings::Settings;
-use crate::up::token_copy::TokenCopy;
-use crate::{check_inputs, output};
 
 /// Names in the copy.
 const CONFIG: &str = "kittiwake.toml";
@@ -29,7 +27,6 @@ pub struct FlownFiles {
     pub settings: Settings,
     folder: RunFolder,
     written: Remembered,
-    _tokens: Option<TokenCopy>,
 }
 
 /// Why there is no copy.
@@ -60,10 +57,6 @@ impl FlownFiles {
         copy_file(&checked.mission, &into(MISSION))?;
         copy_file(&checked.contingencies, &into(CONTINGENCIES))?;
         copy_trees(&checked.trees, &into(TREES))?;
-        // Without one a gateway starts all the same, as long as the tokens can be read.
-        let tokens = TokenCopy::create().inspect_err(|cause| {
-            output::error_line(format_args!("no copy of the valid tokens can be kept: {cause}"));
-        });
         let copied = Settings {
             config: into(CONFIG),
             mission: None,
@@ -72,13 +65,12 @@ impl FlownFiles {
             tls_certificate: checked.gateway.tls_certificate.clone(),
             tls_key: checked.gateway.tls_key.clone(),
             signing_key: checked.mavlink_bridge.signing_key.clone(),
-            tokens_copy: tokens.as_ref().ok().map(TokenCopy::path),
             ..settings.clone()
         };
         match check_inputs::read(&copied) {
             Ok(inputs) => {
                 let written = Remembered::of(&folder.0).map_err(Failure::Folder)?;
-                Ok((FlownFiles { settings: copied, folder, written, _tokens: tokens.ok() }, inputs.config))
+                Ok((FlownFiles { settings: copied, folder, written }, inputs.config))
             }
             Err(_) => Err(Failure::Changed(settings.config.clone())),
         }

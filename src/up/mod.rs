@@ -31,7 +31,6 @@ mod progress;
 mod report;
 mod screen;
 pub mod supervise;
-mod token_copy;
 mod watch;
 
 /// `[launcher]` in the configuration file.

@@ -100,7 +100,7 @@ fn who_cleans_up_temporary_files_in_flight_keeps_no_process_away() {
 }
 
 #[test]
-fn a_gateway_comes_back_where_the_tokens_are_spoiled_and_temporary_files_are_cleaned_up() {
+fn a_gateway_comes_back_where_the_tokens_are_spoiled_and_knows_its_operators_once_they_are_mended() {
     let people = People::new(&[("sam", Role::Safety)]);
     let system = System::up(&["--access", people.folder(), "--speed", "1"], &[]);
     system.wait_for("step 1 of 5");
@@ -110,7 +110,8 @@ fn a_gateway_comes_back_where_the_tokens_are_spoiled_and_temporary_files_are_cle
     let killed = system.process("gateway");
     killed.signal(Signal::SIGKILL);
     system.wait_for("gateway ended by signal 9");
-    system.wait_for("; the tokens of before stay valid");
+    system.wait_for("until it can be used no token is valid");
+    people.write_tokens();
     let token = people.token_file("sam");
     let url = system.link_for("sam").replace("/#token=sam", "");
     wait_for("the gateway to know its operator", || {

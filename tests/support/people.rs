@@ -8,22 +8,31 @@ use gateway::access::{Role, entry};
 use super::System;
 
 /// The people whom the gateway lets in.
-pub struct People(tempfile::TempDir);
+pub struct People {
+    folder: tempfile::TempDir,
+    tokens: String,
+}
 
 impl People {
     /// Each with a role; the token is the name.
     pub fn new(people: &[(&str, Role)]) -> People {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
-        let path = folder.path().join("tokens.toml");
-        let text: String = people.iter().map(|(name, role)| entry(name, &[*role], name)).collect();
-        std::fs::write(&path, text).expect("the file can be written");
+        let tokens = people.iter().map(|(name, role)| entry(name, &[*role], name)).collect();
+        let people = People { folder, tokens };
+        people.write_tokens();
+        people
+    }
+
+    /// Writes the file of the tokens again.
+    pub fn write_tokens(&self) {
+        let path = self.folder.path().join("tokens.toml");
+        std::fs::write(&path, &self.tokens).expect("the file can be written");
         std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).expect("it is ours");
-        People(folder)
     }
 
     /// For `--token-file` of one of them.
     pub fn token_file(&self, name: &str) -> String {
-        let path = self.0.path().join(name);
+        let path = self.folder.path().join(name);
         std::fs::write(&path, name).expect("the file can be written");
         std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).expect("it is ours");
         path.to_str().expect("a temporary folder has a plain name").to_owned()
@@ -31,7 +40,7 @@ impl People {
 
     /// For `--access`.
     pub fn folder(&self) -> &str {
-        Path::to_str(self.0.path()).expect("a temporary folder has a plain name")
+        Path::to_str(self.folder.path()).expect("a temporary folder has a plain name")
     }
 }
 

@@ -5,13 +5,14 @@
 //! makes connections with them. Neither can ask the other: zenoh stands between them. What a certificate must say, and
 //! for how long, is for the bus to decide; this crate knows files and TLS only.
 
-mod seen;
+mod stamp;
 
-pub use seen::{Seen, Stamp};
+pub use stamp::Stamp;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use regular_file::Unusable;
 use rustls::client::WebPkiServerVerifier;
 use rustls::client::danger::ServerCertVerifier;
 use rustls::crypto::{CryptoProvider, ring};
@@ -78,6 +79,18 @@ pub enum InvalidCredentials {
         /// What the TLS library said.
         cause: String,
     },
+}
+
+/// For credentials that are followed by their [`Stamp`]: what stood in the way of reading, such as a limit of open files, may pass
+/// without a trace in the files.
+impl From<InvalidCredentials> for Unusable<String> {
+    fn from(invalid: InvalidCredentials) -> Unusable<String> {
+        let why = invalid.to_string();
+        match invalid {
+            InvalidCredentials::Unreadable { .. } => Unusable::Now(why),
+            InvalidCredentials::Malformed { .. } | InvalidCredentials::Unusable { .. } => Unusable::Content(why),
+        }
+    }
 }
 
 /// The name or address for which the router at `HOST:PORT` must show a certificate. An IPv6 address is written in brackets

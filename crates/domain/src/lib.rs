@@ -24,6 +24,7 @@ pub mod hours;
 pub mod measured;
 pub mod memory;
 pub mod mission;
+pub mod mission_clock;
 pub mod outline;
 pub mod permission;
 pub mod plan;

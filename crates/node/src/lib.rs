@@ -8,11 +8,13 @@
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Service, Topic};
 
+mod answers;
 mod effect;
 mod event;
 mod scope;
 pub mod virtual_bus;
 
+pub use answers::Answers;
 pub use effect::{Effect, MessageKind, commands_first};
 pub use event::{CallError, CallId, Event, Token};
 pub use scope::Scope;

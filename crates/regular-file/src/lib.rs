@@ -1,5 +1,13 @@
 //! Opens files that a human names or puts into a folder: configurations, missions, certificates, keys, the audit trail. None of them may hold
 //! a process up or take its memory, whatever is in its place: a pipe waits for somebody at its other end, and a device may never end.
+//!
+//! A file that is replaced while a process runs is followed by [`Followed`]. Where a loop must not wait for the disk, a [`DiskThread`] writes.
+
+mod disk_thread;
+mod followed;
+
+pub use disk_thread::{DiskThread, NotTaken};
+pub use followed::{Followed, Unusable};
 
 use std::fs::{File, FileType, OpenOptions};
 use std::io::{Error, ErrorKind, Read as _, Result, Write as _};

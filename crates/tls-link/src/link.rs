@@ -6,7 +6,8 @@ use std::net::{Shutdown, SocketAddr};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, SystemTime};
 
-use credentials::{Credentials, End, Seen, Stamp};
+use credentials::{Credentials, End, Stamp};
+use regular_file::Followed;
 use rustls::pki_types::CertificateDer;
 use socket2::{SockRef, Socket};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, ReadHalf, WriteHalf};
@@ -73,16 +74,17 @@ impl TlsLink {
     /// on; `seen` is what they were like before the handshake. Files that cannot be used change nothing: what is being copied
     /// is not whole for a moment, and a link in flight must not end by that.
     pub(crate) fn keep_checking(self: &Arc<TlsLink>, credentials: Credentials, seen: Stamp, end: End) {
-        let (link, mut seen) = (Arc::downgrade(self), Seen::new(seen));
+        let link = Arc::downgrade(self);
+        let mut accepted: Followed<_, _, String> = Followed::new(seen, Ok(()));
         tokio::spawn(async move {
             loop {
                 tokio::time::sleep(LOOK).await;
                 let Some(link) = link.upgrade() else { return };
-                match seen.look(credentials.stamp(), || credentials.accepts(&link.chain, &end)) {
+                match accepted.look(credentials.stamp(), |_, _| Ok(credentials.accepts(&link.chain, &end)?)) {
                     None | Some(Ok(Ok(()))) => {}
-                    Some(Ok(Err(refusal))) => return link.reject(&refusal),
+                    Some(Ok(Err(refusal))) => return link.reject(refusal),
                     Some(Err(unusable)) => {
-                        tracing::warn!(target: LOG, %unusable, "the link goes on with the credentials of before");
+                        tracing::warn!(target: LOG, %unusable, "the link goes on with the previous credentials");
                     }
                 }
             }

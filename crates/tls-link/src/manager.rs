@@ -9,7 +9,8 @@ use std::net::SocketAddr;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use credentials::{Credentials, End, InvalidCredentials, Seen, Stamp, called_at};
+use credentials::{Credentials, End, InvalidCredentials, Stamp, called_at};
+use regular_file::Followed;
 use rustls::ClientConfig;
 use tokio::net::{TcpListener, TcpStream};
 use tokio_rustls::{TlsAcceptor, TlsConnector};
@@ -102,59 +103,53 @@ impl LinkManagerUnicastTls {
     fn calling(&self, caller: &Caller, stamp: Stamp) -> Result<(Arc<ClientConfig>, Stamp), InvalidCredentials> {
         let mut callings = self.callings.lock().unwrap_or_else(|it| it.into_inner());
         let Some(known) = callings.iter_mut().find(|it| it.caller == *caller) else {
-            let client = Arc::new(caller.client()?);
-            let (caller, seen) = (caller.clone(), Seen::new(stamp.clone()));
-            callings.push(Calling { caller, seen, client: client.clone(), used: stamp.clone() });
-            return Ok((client, stamp));
+            let client = (Arc::new(caller.client()?), stamp.clone());
+            callings.push(Calling { caller: caller.clone(), client: Followed::new(stamp, client.clone()) });
+            return Ok(client);
         };
-        match known.seen.look(stamp.clone(), || caller.client()) {
-            None => {}
-            Some(Ok(client)) => (known.client, known.used) = (Arc::new(client), stamp),
-            Some(Err(unusable)) => {
-                tracing::warn!(target: LOG, %unusable, "calls are made with the credentials of before");
-            }
+        let found = known.client.look(stamp, |stamp, _| Ok((Arc::new(caller.client()?), stamp.clone())));
+        if let Some(Err(unusable)) = found {
+            tracing::warn!(target: LOG, %unusable, "calls are made with the previous credentials");
         }
-        Ok((known.client.clone(), known.used.clone()))
+        Ok(known.client.value().clone())
     }
 }
+
+/// What is made of credentials, and what their files were like then.
+type Made<T> = Followed<Stamp, (T, Stamp), String>;
 
 /// What calls are made with.
 struct Calling {
     caller: Caller,
-    seen: Seen,
-    client: Arc<ClientConfig>,
-    /// What the files were like that it comes from.
-    used: Stamp,
+    client: Made<Arc<ClientConfig>>,
 }
 
 /// What callers are let in by: the files as they are when a call comes.
 struct Entrance {
     credentials: Credentials,
-    seen: Seen,
-    acceptor: TlsAcceptor,
-    /// What the files were like that it comes from.
-    used: Stamp,
+    acceptor: Made<TlsAcceptor>,
 }
 
 impl Entrance {
     fn open(credentials: Credentials) -> ZResult<Entrance> {
-        let used = credentials.stamp();
-        let server = credentials.server().map_err(|invalid| zerror!("{invalid}"))?;
-        let (acceptor, seen) = (TlsAcceptor::from(Arc::new(server)), Seen::new(used.clone()));
-        Ok(Entrance { credentials, seen, acceptor, used })
+        let stamp = credentials.stamp();
+        let acceptor = acceptor(&credentials).map_err(|invalid| zerror!("{invalid}"))?;
+        Ok(Entrance { credentials, acceptor: Followed::new(stamp.clone(), (acceptor, stamp)) })
     }
 
-    /// Takes over files that have been replaced. Those that cannot be used change nothing.
-    fn renew(&mut self) {
-        let stamp = self.credentials.stamp();
-        match self.seen.look(stamp.clone(), || self.credentials.server()) {
-            None => {}
-            Some(Ok(server)) => (self.acceptor, self.used) = (TlsAcceptor::from(Arc::new(server)), stamp),
-            Some(Err(unusable)) => {
-                tracing::warn!(target: LOG, %unusable, "callers are let in by the credentials of before");
-            }
+    /// What lets the next caller in, by files that may have been replaced. Those that cannot be used change nothing.
+    fn renewed(&mut self) -> (TlsAcceptor, Stamp) {
+        let Entrance { credentials, acceptor: followed } = self;
+        let found = followed.look(credentials.stamp(), |stamp, _| Ok((acceptor(credentials)?, stamp.clone())));
+        if let Some(Err(unusable)) = found {
+            tracing::warn!(target: LOG, %unusable, "callers are let in by the previous credentials");
         }
+        followed.value().clone()
     }
+}
+
+fn acceptor(credentials: &Credentials) -> Result<TlsAcceptor, InvalidCredentials> {
+    credentials.server().map(|it| TlsAcceptor::from(Arc::new(it)))
 }
 
 /// Takes calls until stopped; nobody waits for another's handshake.
@@ -173,15 +168,9 @@ async fn accept(
         };
         match call {
             Ok((tcp, other)) => {
-                entrance.renew();
-                let Entrance { credentials, acceptor, used, .. } = &entrance;
-                let greeting = Greeting {
-                    other,
-                    acceptor: acceptor.clone(),
-                    credentials: credentials.clone(),
-                    used: used.clone(),
-                    incoming: incoming.clone(),
-                };
+                let (acceptor, used) = entrance.renewed();
+                let credentials = entrance.credentials.clone();
+                let greeting = Greeting { other, acceptor, credentials, used, incoming: incoming.clone() };
                 let refusals = refusals.clone();
                 callers.greet(other.ip(), async move {
                     if let Err(cause) = greeting.greet(tcp).await {

@@ -18,7 +18,7 @@ pub use offboard::{OffboardControl, Setpoint};
 pub use pre_emption::{PreEmption, Reported};
 pub use telemetry::{
     Attitude, Battery, FailsafeReason, Failure, GlobalPosition, Gripper, LandDetected, LocalPosition, Status,
-    TrafficKind, TransponderReport, Wind, flown_by_other,
+    TrafficKind, TransponderReport, Wind,
 };
 
 /// A flight mode, intended or actual.

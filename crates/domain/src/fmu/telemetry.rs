@@ -56,9 +56,11 @@ pub enum FailsafeReason {
 }
 
 impl Status {
-    /// Whether a pilot or another ground station flies: [`flown_by_other`].
+    /// Whether it shows that a pilot or another ground station flies: the motors may turn, and either the backend says that somebody else has
+    /// chosen the mode, or the mode is one that Kittiwake never commands. (The second half is for a backend that was started again in
+    /// flight, and does not know who commanded what. A mode that Kittiwake commands, too, then counts as its own.)
     pub fn is_flown_by_other(&self) -> bool {
-        flown_by_other(self.armed, self.commanded_by_other, self.intended)
+        self.armed && (self.commanded_by_other || !self.intended.is_some_and(FlightMode::is_commanded))
     }
 
     /// What it says about who flies.
@@ -79,14 +81,6 @@ impl Status {
     pub fn known_since<T: Copy>(&self, now: T, before: Option<&(T, Status)>) -> T {
         before.filter(|(_, earlier)| self.repeats(earlier)).map_or(now, |(since, _)| *since)
     }
-}
-
-/// Whether a pilot or another ground station flies. One rule for every process that decides by it: the motors may turn, and either
-/// the backend says that somebody else has chosen the mode, or the mode is one that Kittiwake never commands. (The second
-/// half is for a backend that was started again in flight, and does not know who commanded what. A mode that Kittiwake
-/// commands, too, then counts as its own.)
-pub fn flown_by_other(armed: bool, commanded_by_other: bool, intended: Option<FlightMode>) -> bool {
-    armed && (commanded_by_other || !intended.is_some_and(FlightMode::is_commanded))
 }
 
 /// What a gripper that carries a load does.
@@ -268,7 +262,13 @@ mod tests {
     fn somebody_else_flies_by_what_the_backend_says_or_in_a_mode_that_is_never_commanded() {
         #[track_caller]
         fn check(armed: bool, commanded_by_other: bool, intended: Option<FlightMode>, expected: bool) {
-            assert_eq!(flown_by_other(armed, commanded_by_other, intended), expected, "{intended:?}");
+            let status = v1::VehicleStatus {
+                armed,
+                commanded_by_other,
+                intended_mode: intended.map_or(v1::FlightMode::Unspecified, Into::into) as i32,
+                ..Default::default()
+            };
+            assert_eq!(Status::from(status).is_flown_by_other(), expected, "{intended:?}");
         }
         use FlightMode::{Land, Loiter, Offboard, Return, Takeoff};
         for mode in [Loiter, Takeoff, Land, Offboard] {

@@ -173,6 +173,7 @@ impl Node for Mcm {
             Topic::FlagEvent,
             Topic::SkillEvent,
             Topic::SkillFeedback,
+            Topic::SkillControl,
             Topic::PermissionLedger,
             Topic::PlannerStatus,
         ]

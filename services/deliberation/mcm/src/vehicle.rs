@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use domain::flight_state::{Evidence, FlightState, Motors};
-use domain::fmu::{FlightMode, Gripper, LocalPosition, PreEmption, Reported, flown_by_other};
+use domain::fmu::{FlightMode, Gripper, LocalPosition, PreEmption, Reported};
 use domain::geodesy::Origin;
 use domain::geometry::{Ned, NedVelocity};
 use domain::quantity::Fraction;
@@ -36,8 +36,6 @@ pub(crate) struct Vehicle {
     pub(crate) charge: Option<Fraction>,
     /// What the gripper does; `None` where that is not known.
     pub(crate) gripper: Option<Gripper>,
-    /// Whether a pilot or another ground station flies.
-    pub(crate) of_other: bool,
     /// Whether the autopilot itself flies something else than what was asked for, for a reason of its own.
     pub(crate) pre_empted: bool,
     /// Positions of different epochs cannot be compared.
@@ -190,7 +188,6 @@ impl Vehicle {
             status_at: Time::after(now.since_start().saturating_sub(status_age)),
             charge,
             gripper: gripper(status.gripper()),
-            of_other: flown_by_other(status.armed, status.commanded_by_other, intended),
             pre_empted: judge.pre_emption.holds(),
             frame_epoch: status.frame_epoch,
             // One that no place on Earth has is not known.

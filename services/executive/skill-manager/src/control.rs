@@ -4,8 +4,9 @@
 //! somebody else flies, nothing is commanded any more, and nothing is again before an operator orders it
 //! ([`Control::take_back`]) or the vehicle stands with its motors off.
 //!
-//! Two witnesses say that somebody else flies: the backend ([`domain::fmu::flown_by_other`]), and a mode that differs from the
-//! one that was commanded here last. The second one outlives a restart of the backend, the first one of this process.
+//! Two witnesses say that somebody else flies: the backend ([`domain::fmu::Status::is_flown_by_other`]), and a mode that differs from the
+//! one that was commanded here last. The second one outlives a restart of the backend, the first one of this process. Where both are
+//! started again at once the mission manager remembers it, and asks for nothing.
 
 use domain::fmu::{Command, FlightMode};
 
@@ -58,11 +59,6 @@ impl Control {
         self.expected = None;
     }
 
-    /// Somebody else flies, as the caller of a skill says.
-    pub(crate) fn give_up(&mut self, how: &str) {
-        self.who = Who::Other(how.to_owned());
-    }
-
     /// An operator has ordered to take control back.
     pub(crate) fn take_back(&mut self) {
         if self.other().is_some() {
@@ -71,9 +67,16 @@ impl Control {
         }
     }
 
-    /// Takes in a status. `settled`: no command is on its way; `is_busy`: a skill runs or waits; `stands`: the vehicle does not fly.
+    /// Takes in a status, with the `words` of the autopilot. `settled`: no command is on its way; `is_busy`: a skill runs or waits; `stands`: the vehicle does not fly.
     /// Returns how it is seen that somebody else flies, if that is so since this status.
-    pub(crate) fn judge(&mut self, status: FlightStatus, settled: bool, is_busy: bool, stands: bool) -> Option<&str> {
+    pub(crate) fn judge(
+        &mut self,
+        status: FlightStatus,
+        words: &str,
+        settled: bool,
+        is_busy: bool,
+        stands: bool,
+    ) -> Option<&str> {
         if !status.armed && stands {
             // Nobody flies.
             *self = Control::default();
@@ -92,7 +95,8 @@ impl Control {
             Who::Here | Who::Taking => return None,
         };
         let mode = status.intended.map_or_else(|| "one without a name here".to_owned(), |it| it.to_string());
-        self.who = Who::Other(format!("{how}: {mode}"));
+        let words = if words.is_empty() { String::new() } else { format!(": {words}") };
+        self.who = Who::Other(format!("{how}, {mode}{words}"));
         self.other()
     }
 
@@ -129,7 +133,7 @@ mod tests {
             let mut control = Control::default();
             command.into_iter().for_each(|it| control.commanded(it));
             for (intended, of_other) in statuses {
-                control.judge(status(*intended, *of_other), true, true, false);
+                control.judge(status(*intended, *of_other), "", true, true, false);
             }
             assert_eq!(control.other().is_some(), expected, "{command:?} {statuses:?}");
         }
@@ -149,24 +153,24 @@ mod tests {
     fn a_status_that_came_before_the_answer_to_a_command_says_nothing_about_its_mode() {
         let mut control = Control::default();
         control.commanded(Command::Offboard);
-        control.judge(status(Some(Offboard), false), true, true, false);
-        assert_eq!(control.judge(status(Some(Loiter), false), false, true, false), None);
-        assert!(control.judge(status(Some(Loiter), true), false, true, false).is_some(), "the backend says it");
+        control.judge(status(Some(Offboard), false), "", true, true, false);
+        assert_eq!(control.judge(status(Some(Loiter), false), "", false, true, false), None);
+        assert!(control.judge(status(Some(Loiter), true), "", false, true, false).is_some(), "the backend says it");
     }
 
     #[test]
     fn control_comes_back_by_an_order_or_once_the_motors_are_off() {
         let mut control = Control::default();
-        control.judge(status(None, true), true, true, false);
-        control.judge(status(Some(Loiter), false), true, false, false);
+        control.judge(status(None, true), "", true, true, false);
+        control.judge(status(Some(Loiter), false), "", true, false, false);
         assert!(control.other().is_some(), "not by itself");
         control.take_back();
-        assert_eq!(control.judge(status(None, true), true, true, false), None, "a skill is on its way to take it");
-        control.judge(status(Some(Loiter), false), true, true, false);
-        assert!(control.judge(status(None, true), true, true, false).is_some(), "taken again");
+        assert_eq!(control.judge(status(None, true), "", true, true, false), None, "a skill is on its way to take it");
+        control.judge(status(Some(Loiter), false), "", true, true, false);
+        assert!(control.judge(status(None, true), "", true, true, false).is_some(), "taken again");
         control.take_back();
-        assert!(control.judge(status(None, true), true, false, false).is_some(), "no skill has taken it");
-        control.judge(FlightStatus { armed: false, ..status(None, true) }, true, false, true);
+        assert!(control.judge(status(None, true), "", true, false, false).is_some(), "no skill has taken it");
+        control.judge(FlightStatus { armed: false, ..status(None, true) }, "", true, false, true);
         assert_eq!(control.other(), None);
     }
 }

@@ -4,11 +4,12 @@
 use domain::skill::{Goal, kind_name, outcome_name};
 use domain::time::{Now, Pace, Time};
 use domain::wire::InvalidMessage;
+use node::Answers;
 
 use crate::catalog::skill_for;
 use crate::config::Config;
 use crate::fsm::{SkillId, SkillState};
-use crate::history::{Answer, History};
+use crate::history::History;
 use crate::ids::IdSequence;
 use crate::messages::{Input, Output, SkillReport};
 use crate::resource::Resource;
@@ -30,12 +31,16 @@ pub(crate) struct Request {
     pub(crate) takes_control: bool,
 }
 
+/// The answer to a request: the skill, or why there is none.
+pub(crate) type Answer = Result<SkillId, String>;
+
 /// Answers callers, and hands accepted requests to the resource.
 #[derive(Debug)]
 pub(crate) struct Executor {
     config: Config,
     pace: Pace,
     resource: Resource,
+    answers: Answers<Answer>,
     history: History,
     ids: IdSequence,
 }
@@ -47,6 +52,7 @@ impl Executor {
             config: config.clone(),
             pace,
             resource: Resource::new(config, pace),
+            answers: Answers::default(),
             history: History::new(at_wall_rate(pace, config.memory_s.seconds())),
             ids: IdSequence::default(),
         }
@@ -54,7 +60,7 @@ impl Executor {
 
     /// Answers a request. A repeated one gets the first answer and starts nothing.
     pub(crate) fn request(&mut self, request: Request, now: Now) -> Answer {
-        if let Some(first) = self.history.answer(&request.id) {
+        if let Some(first) = self.answers.get(&request.id) {
             return first.clone();
         }
         let answer = self.accept(&request, now);
@@ -63,26 +69,22 @@ impl Executor {
             self.resource.cancel(id, now);
         }
         if !request.id.is_empty() {
-            self.history.answered(request.id, answer.clone(), now.time);
+            self.answers.remember(request.id, answer.clone());
         }
         self.resource.proceed(now);
         answer
     }
 
-    /// Whether a pilot or another ground station flies the vehicle.
-    pub(crate) fn is_flown_by_other(&self) -> bool {
-        self.resource.flown_by_other().is_some()
+    /// How it is known that a pilot or another ground station flies the vehicle; `None`: nobody else does.
+    pub(crate) fn flown_by_other(&self) -> Option<&str> {
+        self.resource.flown_by_other()
     }
 
-    /// Cancels a skill that has not ended; `quietly`: somebody else flies, so that nothing is commanded.
+    /// Cancels a skill that has not ended.
     ///
     /// # Errors
     /// If there is nothing to cancel; the text says why.
-    pub(crate) fn cancel(&mut self, id: SkillId, quietly: bool, now: Now) -> Result<(), String> {
-        if quietly {
-            self.resource.let_others_fly(now);
-            return Ok(());
-        }
+    pub(crate) fn cancel(&mut self, id: SkillId, now: Now) -> Result<(), String> {
         if self.resource.cancel(id, now) {
             return Ok(());
         }

@@ -1,4 +1,4 @@
-//! Answers to requests and the newest report of each skill, for callers that ask again.
+//! The newest report of each skill, for callers that ask again.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -11,32 +11,17 @@ use crate::messages::SkillReport;
 /// A bound on memory, far above what a mission asks for in the time that is remembered.
 const MOST_ENTRIES: usize = 4096;
 
-/// The answer to a request: the skill, or why there is none.
-pub(crate) type Answer = Result<SkillId, String>;
-
 /// Remembers for a while.
 #[derive(Debug)]
 pub(crate) struct History {
     memory: Duration,
-    answers: VecDeque<(Time, String, Answer)>,
     skills: VecDeque<(Time, SkillReport)>,
 }
 
 impl History {
     /// An empty history that forgets after `memory`.
     pub(crate) fn new(memory: Duration) -> History {
-        History { memory, answers: VecDeque::new(), skills: VecDeque::new() }
-    }
-
-    /// The answer that this request was given before.
-    pub(crate) fn answer(&self, request_id: &str) -> Option<&Answer> {
-        self.answers.iter().find(|(_, id, _)| id == request_id).map(|(_, _, answer)| answer)
-    }
-
-    /// Remembers an answer.
-    pub(crate) fn answered(&mut self, request_id: String, answer: Answer, now: Time) {
-        self.forget(now);
-        self.answers.push_back((now, request_id, answer));
+        History { memory, skills: VecDeque::new() }
     }
 
     /// Remembers a report in place of the former one of the same skill.
@@ -60,11 +45,7 @@ impl History {
 
     fn forget(&mut self, now: Time) {
         let memory = self.memory;
-        self.answers.retain(|(at, _, _)| now - *at <= memory);
         self.skills.retain(|(at, it)| !matches!(it.state, SkillState::Ended(_)) || now - *at <= memory);
-        while MOST_ENTRIES <= self.answers.len() {
-            self.answers.pop_front();
-        }
         // Those that still run are among the newest.
         while MOST_ENTRIES <= self.skills.len() {
             self.skills.pop_front();
@@ -101,13 +82,10 @@ mod tests {
     #[test]
     fn a_skill_that_ended_is_forgotten_and_one_that_runs_is_not() {
         let mut history = History::new(Duration::from_secs(300));
-        history.answered("a".into(), Ok(SkillId(1)), Time::ZERO);
         history.reported(report(1, EXECUTE), Time::ZERO);
         history.reported(ended(2), Time::ZERO);
-        assert_eq!(history.answer("a"), Some(&Ok(SkillId(1))));
         let later = Time::after(Duration::from_secs(301));
         assert_eq!(history.table(later).collect::<Vec<_>>(), [&report(1, EXECUTE)]);
-        assert_eq!(history.answer("a"), None);
     }
 
     #[test]

@@ -7,6 +7,8 @@
 //! A skill ends when its own postcondition is seen in the vehicle's data. An acknowledgement means
 //! that a command was received, nothing more.
 
+use std::time::Duration;
+
 use domain::time::{Now, Pace, Time};
 use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};
@@ -36,15 +38,21 @@ use config::Config;
 use executor::Executor;
 use fsm::SkillId;
 
+/// The period of [`v1::SkillControl`], in wall time.
+const TELL_PERIOD: Duration = Duration::from_millis(500);
+
 /// The service: converts messages and hands them to the executor.
 pub struct SkillManager {
     executor: Executor,
+    /// Who else flies, as it was told last, and when.
+    told: Option<(Time, String)>,
+    tell_period: Duration,
 }
 
 impl SkillManager {
     /// A skill manager that runs no skill and has not heard from the vehicle.
     pub fn new(config: &Config, pace: Pace) -> SkillManager {
-        SkillManager { executor: Executor::new(config, pace) }
+        SkillManager { executor: Executor::new(config, pace), told: None, tell_period: pace.wall(TELL_PERIOD) }
     }
 
     /// An invalid message changes nothing: the data that it should have brought grow old.
@@ -63,13 +71,10 @@ impl SkillManager {
                 if let Err(invalid) = &request.goal {
                     effects.push(Effect::refused(Service::Skill, invalid));
                 }
-                let answer = self.executor.request(request, now);
-                let flown_by_other = answer.is_err() && self.executor.is_flown_by_other();
-                Response::Skill(wire::skill_reply(answer, flown_by_other))
+                Response::Skill(wire::skill_reply(self.executor.request(request, now)))
             }
             Request::SkillCancel(message) => {
-                let (id, quietly) = (SkillId(message.skill_id), message.without_command);
-                Response::SkillCancel(wire::cancel_reply(self.executor.cancel(id, quietly, now)))
+                Response::SkillCancel(wire::cancel_reply(self.executor.cancel(SkillId(message.skill_id), now)))
             }
             Request::SkillTable(_) => {
                 let skills = self.executor.table(now).map(wire::skill_event).collect();
@@ -80,6 +85,12 @@ impl SkillManager {
     }
 
     fn publish(&mut self, now: Now, effects: &mut Vec<Effect>) {
+        // Before the skills that end by it.
+        let other = self.executor.flown_by_other().unwrap_or_default();
+        if self.told.as_ref().is_none_or(|(at, told)| *at + self.tell_period <= now.time || told != other) {
+            self.told = Some((now.time, other.to_owned()));
+            effects.push(Effect::publish(v1::SkillControl { flown_by_other: other.to_owned() }));
+        }
         let outputs = self.executor.take_outputs(now);
         effects.extend(outputs.into_iter().flat_map(wire::messages).map(Effect::publish));
     }
@@ -122,7 +133,8 @@ impl Node for SkillManager {
     }
 
     fn deadline(&self) -> Option<Time> {
-        self.executor.deadline()
+        let tell = self.told.as_ref().map_or(Time::ZERO, |(at, _)| *at + self.tell_period);
+        self.executor.deadline().into_iter().chain([tell]).min()
     }
 }
 

@@ -157,14 +157,6 @@ impl Resource {
         self.control.take_back();
     }
 
-    /// Somebody else flies, as the caller of the skills says.
-    pub(crate) fn let_others_fly(&mut self, now: Now) {
-        if self.control.other().is_none() {
-            self.control.give_up("the caller of the skill says so");
-        }
-        self.go_quiet(now);
-    }
-
     /// Looks at what runs, then at what is to be commanded.
     pub(crate) fn proceed(&mut self, now: Now) {
         let view = self.view(now);
@@ -182,7 +174,7 @@ impl Resource {
         }
         let (settled, is_busy) = (!self.commands.is_busy(), !self.slots.are_empty());
         let stands = self.view(now).flying == Some(false);
-        if self.control.judge(FlightStatus::from(status), settled, is_busy, stands).is_some() {
+        if self.control.judge(FlightStatus::from(status), &status.reason, settled, is_busy, stands).is_some() {
             self.go_quiet(now);
         }
         self.judge_mode(now);

@@ -5,9 +5,8 @@ use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::{self, SkillOutcome};
 
-use crate::executor::Request;
+use crate::executor::{Answer, Request};
 use crate::fsm::{SkillId, SkillState};
-use crate::history::Answer;
 use crate::messages::{Feedback, Input, Output, SkillReport};
 
 /// The input in a message; `None` where the message is of no interest.
@@ -41,10 +40,10 @@ pub(crate) fn request(message: v1::SkillRequest) -> Request {
 }
 
 /// The answer to a request.
-pub(crate) fn skill_reply(answer: Answer, flown_by_other: bool) -> v1::SkillReply {
+pub(crate) fn skill_reply(answer: Answer) -> v1::SkillReply {
     match answer {
-        Ok(id) => v1::SkillReply { skill_id: id.0, refusal: String::new(), flown_by_other: false },
-        Err(refusal) => v1::SkillReply { skill_id: 0, refusal, flown_by_other },
+        Ok(id) => v1::SkillReply { skill_id: id.0, refusal: String::new() },
+        Err(refusal) => v1::SkillReply { skill_id: 0, refusal },
     }
 }
 

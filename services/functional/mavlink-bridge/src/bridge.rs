@@ -5,7 +5,7 @@ use std::time::Duration;
 use domain::fmu::{Command, CommandAck, CommandId, CommandResult, OffboardControl, Setpoint, VehicleCommand};
 use domain::time::{Now, Time};
 use kittiwake_proto::v1;
-use node::Effect;
+use node::{Answers, Effect};
 
 use crate::config::Config;
 use crate::flown::Flown;
@@ -24,7 +24,7 @@ pub(crate) struct Bridge {
     speaker: Speaker,
     flown: Option<Flown>,
     next_heartbeat: Time,
-    answered: Option<(CommandId, CommandResult)>,
+    answered: Answers<CommandResult, CommandId>,
     outgoing: Vec<Frame>,
     setpoint: Option<(Time, Setpoint)>,
     control: Option<(Time, OffboardControl)>,
@@ -44,7 +44,7 @@ impl Bridge {
             speaker: Speaker::default(),
             flown: None,
             next_heartbeat: Time::ZERO,
-            answered: None,
+            answered: Answers::default(),
             outgoing: Vec::new(),
             setpoint: None,
             control: None,
@@ -89,7 +89,7 @@ impl Bridge {
     /// A command of the layers above.
     pub(crate) fn command(&mut self, it: VehicleCommand, now: Now, effects: &mut Vec<Effect>) {
         let VehicleCommand { id, command } = it;
-        if let Some((_, result)) = self.answered.as_ref().filter(|(answered, _)| *answered == id) {
+        if let Some(result) = self.answered.get(&id) {
             effects.push(answer(id, result.clone()));
             return;
         }
@@ -145,8 +145,7 @@ impl Bridge {
         flown.authority.update(&flown.vehicle, flown.personality.as_ref(), now.time);
         flown.adopt(has_setpoint, now.time);
         if let Some((id, result)) = result {
-            self.answered = Some((id, result.clone()));
-            effects.push(answer(id, result));
+            self.answer(id, result, effects);
         }
         says.extend(flown.stop_without_setpoints(has_setpoint, now.time).map(Said::Setpoint));
         says.extend(flown.groom(now.time));
@@ -161,7 +160,7 @@ impl Bridge {
     }
 
     fn answer(&mut self, id: CommandId, result: CommandResult, effects: &mut Vec<Effect>) {
-        self.answered = Some((id, result.clone()));
+        self.answered.remember(id, result.clone());
         effects.push(answer(id, result));
     }
 

@@ -5,12 +5,13 @@
 //! more: a grant that has expired, or an answer of the policy that the vehicle gets anew when it asks again. What is
 //! denied or revoked by hand stays so.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 
 use domain::area::Extent;
 use domain::time::{Now, Time};
 use domain::wire::{InvalidMessage, not_empty};
 use kittiwake_proto::v1;
+use node::Answers;
 
 use crate::numbers::Numbers;
 use crate::permission::{self, By, Expiry, Next, NotGranted, Ruling, Standing};
@@ -32,8 +33,8 @@ const REMEMBERED_REQUESTS: usize = 1024;
 pub(crate) struct Ledger {
     /// By area.
     permissions: BTreeMap<String, Permission>,
-    /// Oldest first: request id and area.
-    requests: VecDeque<(String, String)>,
+    /// The area of each request.
+    requests: Answers<String, String, REMEMBERED_REQUESTS>,
     /// A line is gone since the last publication.
     has_forgotten: bool,
 }
@@ -139,7 +140,7 @@ impl Ledger {
         }
         let extent = Some(request.extent.clone().ok_or(InvalidMessage::Missing("extent"))?.try_into()?);
         numbers.go_on_above(request.latest_decision);
-        if let Some((_, first)) = self.requests.iter().find(|(id, _)| id == request_id) {
+        if let Some(first) = self.requests.get(request_id) {
             return if first == area {
                 Ok(())
             } else {
@@ -147,10 +148,7 @@ impl Ledger {
             };
         }
         self.make_room(area, By::Policy, now.time)?;
-        if self.requests.len() == REMEMBERED_REQUESTS {
-            self.requests.pop_front();
-        }
-        self.requests.push_back((request_id.clone(), area.clone()));
+        self.requests.remember(request_id.clone(), area.clone());
         // What a person has forbidden is forbidden by its name. All else holds for what it was requested for; an answer in advance for
         // whatever is requested first.
         let holds = |it: &Line| {
@@ -265,7 +263,7 @@ impl Ledger {
         let forgotten = first.map(|(area, _)| area.clone()).ok_or(refusal)?;
         self.permissions.remove(&forgotten);
         // Its answer may not have arrived: a repeated request gets another one.
-        self.requests.retain(|(_, area)| *area != forgotten);
+        self.requests.retain(|area| *area != forgotten);
         self.has_forgotten = true;
         Ok(())
     }

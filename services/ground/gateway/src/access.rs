@@ -16,7 +16,6 @@ use subtle::ConstantTimeEq;
 
 pub(crate) use current::{CurrentTokens, LOOK_PERIOD};
 
-mod copy;
 mod current;
 
 /// What a token lets its bearer do.
@@ -85,10 +84,8 @@ impl Identity {
 #[derive(Debug, Clone, Default)]
 pub struct Tokens {
     all: Vec<Token>,
-    /// The file that they were read from; absent where there is none.
-    read_from: Option<Source>,
-    /// Where they are copied to; absent where nobody asked for that, or it is not possible.
-    copy: Option<Arc<std::fs::File>>,
+    /// The file that they were read from, and what was found in it; absent where there is none.
+    read_from: Option<(PathBuf, current::Content)>,
 }
 
 #[derive(Debug, Clone)]
@@ -148,7 +145,12 @@ impl Tokens {
     pub fn read(path: &Path) -> Result<Tokens, InvalidTokens> {
         let source = source(path)?;
         let tokens = Tokens::parse(&source).map_err(InvalidTokens::Mistakes)?;
-        Ok(Tokens { read_from: Some(source), ..tokens })
+        Ok(Tokens { read_from: Some((source.path, Ok(source.text))), ..tokens })
+    }
+
+    /// No token is valid until this file can be used, which was refused: for a gateway that is started again in flight.
+    pub fn awaited(path: PathBuf, why: &InvalidTokens) -> Tokens {
+        Tokens { all: Vec::new(), read_from: Some((path, Err(current::first_line(why)))) }
     }
 
     /// Reads the entries from the text of such a file.
@@ -187,7 +189,7 @@ impl Tokens {
                 expires_utc_ms: expires_utc_ms.and_then(|(_, utc_ms)| utc_ms),
             });
         }
-        Mistakes(mistakes).or(Tokens { all: tokens, read_from: None, copy: None })
+        Mistakes(mistakes).or(Tokens { all: tokens, read_from: None })
     }
 
     /// The identity that `token` belongs to; `None` for a token that is unknown or has expired. Every hash is compared,

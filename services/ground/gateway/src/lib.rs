@@ -39,6 +39,7 @@ pub mod audit;
 pub mod config;
 mod connection;
 mod contact;
+mod file_watch;
 mod fleet;
 pub mod http;
 mod in_place;
@@ -52,7 +53,6 @@ pub mod server;
 mod shares;
 pub mod sockets;
 pub mod tls;
-mod token_watch;
 mod view;
 
 /// The half that listens to the fleet.

@@ -5,22 +5,23 @@ use std::net::{SocketAddr, TcpListener};
 use std::num::NonZeroU16;
 use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, RwLock};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::oneshot;
 
+use crate::access::utc_ms_now;
+use crate::file_watch::FileWatch;
 use crate::http::Api;
 use crate::http::standstill::since_boot;
 use crate::server::serve;
-use crate::tls::{CertificateWatch, Encryption};
-use crate::token_watch::TokenWatch;
+use crate::tls::Encryption;
 use crate::{Gateway, sockets};
 
 /// Threads that answer requests: one is not held up by a document that the other makes.
 const THREADS: usize = 2;
 /// Threads that wait for the disk, for lists and downloads of recordings. What waits for them has a share (`recording::routes`), and
-/// whatever may not wait for that long has a thread of its own (`token_watch`). All are started with the gateway and none later: at
+/// whatever may not wait for that long has a thread of its own (`file_watch`). All are started with the gateway and none later: at
 /// its limit of threads or memory it could not, and tokio would panic.
 const DISK_THREADS: usize = 4;
 /// How long they are waited for at the start.
@@ -90,8 +91,7 @@ impl GatewayProcess {
     pub fn run<T>(mut self, run_node: impl FnOnce(&mut Gateway) -> T) -> Result<T, StartError> {
         let runtime = runtime()?;
         start_disk_threads(&runtime);
-        let _watch = TokenWatch::start(self.api.tokens.clone(), self.api.authorities.clone())?;
-        let _certificate = self.api.certificate.clone().map(CertificateWatch::start).transpose()?;
+        let _watches = watch_files(&self.api)?;
         let _entered = runtime.enter();
         let listener = tokio::net::TcpListener::from_std(self.listener)?;
         let (end, ended) = oneshot::channel::<()>();
@@ -111,6 +111,23 @@ impl GatewayProcess {
         runtime.shutdown_background();
         Ok(result)
     }
+}
+
+/// The threads that follow the files of the tokens and of the certificate.
+fn watch_files(api: &Api) -> io::Result<Vec<FileWatch>> {
+    let (tokens, authorities) = (api.tokens.clone(), api.authorities.clone());
+    let mut watches = vec![FileWatch::start("tokens", move || {
+        tokens.look();
+        // Who may not command any more has command of no vehicle, so that nobody is locked out by somebody who can neither give an order
+        // nor hand over.
+        let (valid, utc_ms) = (tokens.get(), utc_ms_now());
+        authorities.keep(|holder| valid.let_command(holder, utc_ms));
+    })?];
+    if let Some(shown) = api.certificate.clone() {
+        #[expect(clippy::disallowed_methods, reason = "certificates expire by UTC")]
+        watches.push(FileWatch::start("certificate", move || shown.look(SystemTime::now()))?);
+    }
+    Ok(watches)
 }
 
 fn runtime() -> io::Result<Runtime> {

@@ -22,7 +22,6 @@ use crate::config::Config;
 mod shown;
 
 pub use shown::ShownCertificate;
-pub(crate) use shown::watch::CertificateWatch;
 
 /// What is asked of the files at a start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

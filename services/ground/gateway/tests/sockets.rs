@@ -294,14 +294,14 @@ async fn a_replaced_certificate_is_shown_in_the_next_handshake_and_one_that_is_n
         spoil();
         look_twice(shown);
         let problem = shown.problem().unwrap();
-        assert!(problem.contains(said) && problem.ends_with("the certificate of before is shown"), "{problem}");
+        assert!(problem.contains(said) && problem.ends_with("still serving the previous certificate"), "{problem}");
         assert_eq!(shown_until(&served, &files.ca).await, 2130);
     }
     for ((from, until), said) in [((1990, 2000), "expired at 2000"), ((2119, 2125), "is valid only from 2119")] {
         files.sign("server", from, until);
         look_twice(shown);
         let problem = shown.problem().unwrap();
-        assert!(problem.contains(said) && problem.ends_with("the certificate of before is shown"), "{problem}");
+        assert!(problem.contains(said) && problem.ends_with("still serving the previous certificate"), "{problem}");
         assert_eq!(shown_until(&served, &files.ca).await, 2130);
     }
     files.sign("server", 2020, 2140);
@@ -311,7 +311,7 @@ async fn a_replaced_certificate_is_shown_in_the_next_handshake_and_one_that_is_n
 
 #[test]
 fn what_is_told_of_replaced_files_is_told_until_those_of_before_are_back() {
-    const SHOWN: &str = "; the certificate of before is shown";
+    const SHOWN: &str = "; still serving the previous certificate";
     let files = Certificates::new();
     for (name, from, until) in
         [("good", 2020, 2120), ("newer", 2021, 2121), ("early", 2119, 2120), ("late", 2019, 2020)]

@@ -25,7 +25,7 @@ pub(crate) struct Handle(u64);
 /// How requests are sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Sending {
-    /// Somebody else flies: nothing is asked for, and what was given up ends without a command.
+    /// Somebody else flies: nothing is asked for.
     pub(crate) quietly: bool,
     /// An operator has ordered to take control back.
     pub(crate) takes_control: bool,
@@ -326,8 +326,7 @@ impl Skills {
         };
         for entry in self.entries.iter_mut().filter(|it| is_due(it.claim) && !it.is_over() && it.skill_id != 0) {
             entry.claim = Claim::Cancelling;
-            let without_command = self.sending.quietly;
-            let request = v1::SkillCancelRequest { skill_id: entry.skill_id, without_command };
+            let request = v1::SkillCancelRequest { skill_id: entry.skill_id };
             outbox.call(Purpose::CancelSkill(entry.skill_id), Request::SkillCancel(request), timeout);
         }
     }

@@ -48,7 +48,7 @@ impl Leaf<World> for EndMission {
             return Ok(Status::Running);
         }
         // Somebody else who has armed it disarms it.
-        if vehicle.armed && !vehicle.of_other {
+        if vehicle.armed && !world.is_other_reported() {
             let run = *self.disarming.get_or_insert_with(|| SkillRun::start(world, Goal::Land));
             if !run.is_over(world) {
                 return Ok(Status::Running);

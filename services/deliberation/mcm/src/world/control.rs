@@ -1,12 +1,9 @@
 //! Who flies: Kittiwake; a pilot or another ground station; or the autopilot, by its own failsafe. And whether positions can still be
 //! compared with those of the mission.
 //!
-//! Somebody else who flies is never fought: see the row `somebody_else_flies`. What raises it is what the vehicle's status says
-//! ([`domain::fmu::flown_by_other`]), or the skill manager. Once raised it stays up, whatever is said later, since a backend that was started
-//! again does not know who commanded what. It falls by an operator's order, which takes control back, or on the ground with motors off;
-//! the mission then waits for an operator.
-
-use std::time::Duration;
+//! Somebody else who flies is never fought: see the row `somebody_else_flies`. Whether somebody does is decided by the skill manager alone,
+//! which tells it here. The flag falls by an operator's order, which takes control back, or on the ground with motors off; the mission then
+//! waits for an operator. A skill manager that was started again together with the backend has forgotten it, and in flight does not end it.
 
 use domain::contingency::{AUTOPILOT_PREEMPTS, FRAME_MOVED, LEFT_TO_OTHERS, SOMEBODY_ELSE_FLIES};
 use domain::flight_state::status_limit;
@@ -22,9 +19,6 @@ use crate::vehicle::{ConfirmedState, Vehicle};
 /// Origins nearer than this to each other are the same place. (ENG: less than the tolerance of any goal.)
 const SAME_ORIGIN_M: f64 = 1.0;
 
-/// Time from a command until the status shows that it was obeyed. (MAVLink: a mode is up to 1 s late in the heartbeat; ENG: three of them.)
-const OBEYS_WITHIN: Duration = Duration::from_secs(3);
-
 /// Why nothing is flown but a landing where the vehicle is.
 pub(crate) const OF_ITS_OWN: &str = "the autopilot flies a failsafe of its own";
 
@@ -33,8 +27,9 @@ pub(crate) const OF_ITS_OWN: &str = "the autopilot flies a failsafe of its own";
 pub(super) struct Control {
     /// An operator has ordered to take control back: then, and when a skill was flown since.
     taking: Option<Taking>,
-    /// What the autopilot says about what it flies; empty where it says nothing.
-    words: String,
+    /// How the skill manager sees that somebody else flies, empty where nobody does; and when it said so.
+    other: String,
+    told_at: Time,
     /// When a skill was pre-empted by the autopilot: until a newer status shows otherwise it still is.
     pre_empted_at: Time,
     /// The autopilot has last been seen, or heard, to fly by itself with its motors on.
@@ -74,11 +69,14 @@ struct Taking {
 }
 
 impl World {
-    /// What the autopilot says about what it flies.
-    pub(super) fn autopilot_says(&mut self, words: &str) {
-        if self.control.words != words {
-            words.clone_into(&mut self.control.words);
-        }
+    /// The skill manager says how it sees that somebody else flies, or, with nothing, that nobody does.
+    pub(super) fn told_who_flies(&mut self, other: String) {
+        (self.control.other, self.control.told_at) = (other, self.now.time);
+    }
+
+    /// Whether the skill manager says that somebody else flies, also where that raises no flag.
+    pub(crate) fn is_other_reported(&self) -> bool {
+        !self.control.other.is_empty()
     }
 
     /// A skill has come to be flown.
@@ -91,16 +89,12 @@ impl World {
     /// A skill was pre-empted, for this reason.
     pub(super) fn skill_pre_empted(&mut self, by_other: bool, reason: &str) {
         if by_other {
-            return self.somebody_else_flies(reason.to_owned());
+            // Also while control is being taken back: somebody has taken it again.
+            self.control.taking = None;
+            return self.told_who_flies(reason.to_owned());
         }
         (self.control.pre_empted_at, self.control.flew_by_itself) = (self.now.time, true);
         self.raise(AUTOPILOT_PREEMPTS, SELF, reason);
-    }
-
-    /// A pilot or another ground station flies: nothing is commanded any more.
-    pub(super) fn somebody_else_flies(&mut self, reason: String) {
-        self.control.taking = None;
-        self.raise(SOMEBODY_ELSE_FLIES, SELF, reason);
     }
 
     /// Whether a pilot or another ground station flies the vehicle.
@@ -108,11 +102,12 @@ impl World {
         self.flags.is_up(SOMEBODY_ELSE_FLIES)
     }
 
-    /// Whether the vehicle flies, and nobody else flies it: by a status from since it has lifted off, which would tell; of one that is
-    /// silent no more is to be expected.
+    /// Whether the vehicle flies, and nobody else flies it: by a status, and what the skill manager says, from since it has lifted off, which
+    /// would tell; of those that are silent no more is to be expected.
     pub(crate) fn flies_unattended(&self) -> bool {
         let (Some(vehicle), Some(since)) = (self.vehicle, self.flies_since) else { return false };
-        let is_told = since <= vehicle.status_at || status_limit(self.limits.pace) <= self.now.time - since;
+        let is_told = since <= vehicle.status_at.min(self.control.told_at)
+            || status_limit(self.limits.pace) <= self.now.time - since;
         vehicle.flying && is_told && !self.is_flown_by_other()
     }
 
@@ -154,19 +149,16 @@ impl World {
     pub(super) fn watch_control(&mut self) {
         let Some(vehicle) = self.vehicle else { return };
         let stands = !vehicle.armed && !vehicle.flying;
-        let wait = if vehicle.of_other { OBEYS_WITHIN } else { Duration::ZERO };
-        let is_known = |it: &Taking| it.flown.is_some_and(|at| at + wait < vehicle.status_at);
+        let told_at = vehicle.status_at.min(self.control.told_at);
+        let is_known = |it: &Taking| it.flown.is_some_and(|at| at < told_at);
         if stands || self.control.taking.as_ref().is_some_and(is_known) {
             // From here on whoever flies is another one, or still the same, whom the order did not reach.
             self.control.taking = None;
         }
         let is_over = self.mission.over.is_some() && !vehicle.flying;
         let is_up = self.is_flown_by_other();
-        if vehicle.of_other && !is_up && self.control.taking.is_none() && !is_over {
-            let words = if self.control.words.is_empty() { "" } else { ": " };
-            let mode = vehicle.mode.map_or_else(|| "a mode without a name here".to_owned(), |it| it.to_string());
-            let reason = format!("somebody else has chosen the mode, {mode}{words}{}", self.control.words);
-            self.somebody_else_flies(reason);
+        if self.is_other_reported() && !stands && !is_up && self.control.taking.is_none() && !is_over {
+            self.raise(SOMEBODY_ELSE_FLIES, SELF, self.control.other.clone());
         } else if is_up && stands && self.has_settled() {
             self.leave_to_operator();
         }
@@ -220,7 +212,7 @@ impl World {
 
     /// The frame that the places of the mission are in, for as long as one is under way.
     pub(super) fn mission_frame(&self) -> Option<Frame> {
-        let is_begun = self.mission.started.is_some() || self.control.is_remembered;
+        let is_begun = self.mission.started_s.is_some() || self.control.is_remembered;
         let is_under_way = self.mission.over.is_none() || self.was_flying;
         self.control.frame.filter(|_| is_begun && is_under_way)
     }
@@ -248,7 +240,7 @@ impl World {
         self.control.frame = Some(Frame { epoch, origin: reference.or(origin.filter(|_| before == epoch)) });
         // If everything was started again at once, epochs may begin at zero again: then only the origins show that the frame is another one.
         let is_another = self.control.awaits_comparison && is_same == Some(false) && !self.flags.is_up(FRAME_MOVED);
-        let was_begun = self.mission.started.is_some() || self.control.is_remembered;
+        let was_begun = self.mission.started_s.is_some() || self.control.is_remembered;
         self.control.awaits_comparison &= is_same.is_none();
         if before != epoch || is_another {
             self.confirmed = ConfirmedState::default();

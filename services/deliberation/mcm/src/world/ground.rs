@@ -122,7 +122,7 @@ impl World {
     /// started, whatever the persisted state says.
     pub(crate) fn awaits_start(&self) -> bool {
         let is_not_started =
-            self.limits.start == Start::Operator && !self.operator.has_started() && self.mission.started.is_none();
+            self.limits.start == Start::Operator && !self.operator.has_started() && self.mission.started_s.is_none();
         // What has landed and bounces is not in flight.
         let has_landed = self.unplanned_landing.is_some() && self.is_near_ground();
         self.mission.over.is_none()

@@ -54,9 +54,6 @@ impl World {
                     None => Some(Duration::ZERO),
                 };
                 self.news.list(flags.map(listed).collect(), now, self.limits.introspection, judged_after);
-                if let Some(status) = &introspection.status {
-                    self.autopilot_says(&status.reason);
-                }
                 if let Some(vehicle) = vehicle? {
                     self.news.add_vehicle(vehicle);
                 }
@@ -79,6 +76,7 @@ impl World {
                 self.confirmed.learn_from(now, &event);
                 self.vehicle = self.vehicle.map(|vehicle| self.confirmed.correct(vehicle, now, &self.limits));
             }
+            Message::SkillControl(control) => self.told_who_flies(control.flown_by_other),
             Message::SkillFeedback(feedback) => {
                 let distance_left_m = finite("distance_left_m", feedback.distance_left_m)?;
                 self.skills.on_feedback(now, feedback.skill_id, distance_left_m);
@@ -140,11 +138,6 @@ impl World {
         let (now, timeout) = (self.now.time, self.limits.request_timeout);
         match purpose {
             Purpose::StartSkill(id) => {
-                if let Ok(Response::Skill(reply)) = &result
-                    && reply.flown_by_other
-                {
-                    self.somebody_else_flies(reply.refusal.clone());
-                }
                 let reply = result.map(|response| match response {
                     Response::Skill(reply) if reply.skill_id != 0 => Reply::Taken(reply.skill_id),
                     Response::Skill(reply) => Reply::Refused(reply.refusal),

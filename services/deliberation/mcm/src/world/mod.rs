@@ -12,6 +12,7 @@ use domain::contingency::Contingencies;
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::mission::{MissionOutcome, MissionReport};
+use domain::mission_clock::MissionClock;
 use domain::site::Site;
 use domain::skill::Goal;
 use domain::state::State;
@@ -41,7 +42,6 @@ mod energy;
 mod ground;
 mod intake;
 mod memory;
-mod mission_clock;
 mod narrowing;
 mod news;
 mod next_flight;
@@ -67,7 +67,6 @@ pub(crate) use control::OF_ITS_OWN;
 use crash::Crash;
 use ground::UnplannedLanding;
 use memory::Memory;
-use mission_clock::MissionClock;
 pub(crate) use narrowing::{Barrier, NarrowedGoal};
 use news::{News, Told};
 use operator::Operator;
@@ -157,8 +156,7 @@ pub(crate) struct World {
 struct Mission {
     /// Latched: no nominal flight after it.
     over: Option<Over>,
-    started: Option<Time>,
-    /// The mission's seconds by then, also where a manager before has started it.
+    /// Mission time when the first plan was asked for, also by the process before a restart.
     started_s: Option<f64>,
     report: Option<MissionReport>,
     vehicle_name: String,
@@ -344,7 +342,7 @@ impl World {
     /// Publishes the decisions of this wake.
     pub(crate) fn publish_decisions(&mut self) {
         for record in self.journal.records(self.now, &self.flags, &self.table) {
-            let at_s = self.clock.go_on(record.at_s);
+            let at_s = self.clock.seconds(record.at_s);
             self.outbox.publish(v1::DecisionRecord { at_s, ..record.into() });
         }
     }

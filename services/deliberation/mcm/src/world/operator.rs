@@ -4,7 +4,7 @@
 //! and does nothing else. With override it comes before other responses. An order that is repeated under its request id
 //! gets the answer to the first one and does nothing.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use domain::contingency::OPERATOR_RETURN as RETURN;
@@ -16,6 +16,7 @@ use domain::geometry::Ned;
 use domain::skill::Goal;
 use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
+use node::Answers;
 use v1::operator_command::Verb;
 
 use super::World;
@@ -28,8 +29,6 @@ const ORDERS: [&str; 4] = [ABORT, RETURN, LAND, PAUSE];
 
 /// The source of these flags.
 pub(super) const SOURCE: &str = "operator";
-/// Most answers to remember: an order is repeated within seconds, long before as many new ones.
-const REMEMBERED: usize = 64;
 /// A landing site farther from the origin than this is a typing mistake.
 const FARTHEST_M: f64 = 100_000.0;
 
@@ -42,13 +41,13 @@ pub(super) struct Operator {
     has_started: bool,
     landing_site: Option<Ned>,
     overriding: Option<String>,
-    answers: VecDeque<(String, v1::OperatorReply)>,
+    answers: Answers<v1::OperatorReply>,
 }
 
 impl Operator {
     /// The persisted part of it.
     pub(super) fn restored(has_started: bool, landing_site: Option<Ned>, overriding: Option<String>) -> Operator {
-        Operator { has_started, landing_site, overriding, answers: VecDeque::new() }
+        Operator { has_started, landing_site, overriding, answers: Answers::default() }
     }
 
     /// After the order that begins the flight after `last`: answers are remembered, so that a repeated order begins nothing again.
@@ -103,8 +102,7 @@ impl World {
     /// Obeys `command` if the state allows it. `ended`: the tree has ended.
     pub(crate) fn obey(&mut self, command: v1::OperatorCommand, ended: bool) -> v1::OperatorReply {
         let v1::OperatorCommand { request_id, operator, verb } = command;
-        let known = self.operator.answers.iter().find(|(id, _)| *id == request_id);
-        if let Some((_, reply)) = known.filter(|_| !request_id.is_empty()) {
+        if let Some(reply) = self.operator.answers.get(&request_id) {
             return reply.clone();
         }
         let by = if operator.is_empty() { "the operator".to_owned() } else { operator };
@@ -131,10 +129,7 @@ impl World {
         let kind = if reply.done { DecisionKind::OrderAccepted } else { DecisionKind::OrderRefused };
         self.record(Said::new("operator", kind, format!("{by}: {name}: {outcome}{}", reply.text)));
         if !request_id.is_empty() {
-            self.operator.answers.push_back((request_id, reply.clone()));
-            while REMEMBERED < self.operator.answers.len() {
-                self.operator.answers.pop_front();
-            }
+            self.operator.answers.remember(request_id, reply.clone());
         }
         reply
     }

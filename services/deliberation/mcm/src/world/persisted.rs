@@ -9,6 +9,7 @@ use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::memory::MemoryLoss;
 use domain::mission::{MissionOutcome, MissionReport};
+use domain::mission_clock::MissionClock;
 use domain::site::Site;
 use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
@@ -16,7 +17,6 @@ use kittiwake_proto::v1;
 use super::control::Frame;
 use super::crash::Crash;
 use super::memory::Memory;
-use super::mission_clock::MissionClock;
 use super::news::{MONITOR, Told};
 use super::operator::{self, Operator};
 use super::{Over, SELF, UnplannedLanding, World};
@@ -118,7 +118,7 @@ impl World {
         if !is_of_another {
             self.planner.restore_planned_for(memory.planned_for, memory.plan_epoch);
         }
-        self.clock = MissionClock::of_mission_begun(memory.began_utc_ms, memory.clock_set_by_ms);
+        self.clock = MissionClock::resumed(memory.began_utc_ms, memory.clock_set_by_ms);
         self.mission.started_s = memory.started_s.filter(|it| it.is_finite());
         self.operator = Operator::restored(memory.started, landing_site, overriding);
         self.remembered_sites = sites;

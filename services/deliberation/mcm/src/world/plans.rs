@@ -78,8 +78,7 @@ impl World {
                 &mut self.outbox,
             )
         {
-            self.mission.started.get_or_insert(now);
-            self.mission.started_s.get_or_insert(self.clock.go_on(now.as_secs_f64()));
+            self.mission.started_s.get_or_insert(self.clock.seconds(now.as_secs_f64()));
         }
         PlanProgress::Awaited(None)
     }

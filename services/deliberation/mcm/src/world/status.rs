@@ -82,7 +82,7 @@ impl World {
         }
         let Some(over) = self.mission.over.clone() else { return };
         self.note_ended_mission();
-        let now_s = self.clock.go_on(self.now.time.as_secs_f64());
+        let now_s = self.clock.seconds(self.now.time.as_secs_f64());
         let objectives = self.planner.status().into_iter().flat_map(|it| &it.objectives);
         self.mission.report = Some(MissionReport {
             outcome: over.outcome,
@@ -116,7 +116,7 @@ impl World {
             v1::MissionPhase::Contingency
         } else if self.mission.over.is_some() {
             v1::MissionPhase::Ending
-        } else if self.mission.started.is_none() {
+        } else if self.mission.started_s.is_none() {
             v1::MissionPhase::Starting
         } else if self.planner.step().is_some() {
             v1::MissionPhase::Nominal
@@ -159,7 +159,7 @@ impl World {
             alternates: self.told_alternates().iter().map(Into::into).collect(),
             energy: self.told_energy(),
             progress: self.told_progress(),
-            mission_time_s: Some(self.clock.go_on(self.now.time.as_secs_f64())),
+            mission_time_s: Some(self.clock.seconds(self.now.time.as_secs_f64())),
             began_utc_ms: self.clock.began_utc_ms(),
             awaited: self.permissions.awaited(self.now.time, &self.limits),
             told: Some(self.told.to_wire(self.now.time)),

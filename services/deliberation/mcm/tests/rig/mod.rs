@@ -235,6 +235,8 @@ impl Rig {
         (self.flying, self.mode) = (flying, mode);
         self.position = v1::Ned { north_m: at.0, east_m: at.1, down_m: -at.2 };
         self.timestamp_us += 1;
+        let other = if flying && mode == v1::FlightMode::Unspecified { "a pilot has chosen the mode" } else { "" };
+        self.say(v1::SkillControl { flown_by_other: other.to_owned() });
         let introspection = self.introspection();
         self.say(introspection);
     }

@@ -3,10 +3,12 @@
 //! A token that was lost has to be revoked at once, and not after the flight. A file that cannot be used revokes nothing: a typing
 //! error must not leave an aircraft without its operators.
 
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use domain::file::Source;
+use regular_file::{Followed, Unusable};
 
 use crate::access::{Tokens, source};
 
@@ -15,96 +17,79 @@ pub(crate) const LOOK_PERIOD: Duration = Duration::from_millis(500);
 
 /// The valid tokens, shared by every request.
 #[derive(Debug)]
-pub(crate) struct CurrentTokens(Mutex<State>);
-
-/// What a look finds: the text of the file, or why it cannot be read, in one line.
-type Seen = Result<String, String>;
-
-#[derive(Debug)]
-struct State {
-    tokens: Arc<Tokens>,
-    /// What was seen last, and what of that was acted on last.
-    newest: Seen,
-    settled: Seen,
-    /// Why the file of now is not used.
-    problem: Option<String>,
+pub(crate) struct CurrentTokens {
+    /// Absent where they are of no file.
+    path: Option<PathBuf>,
+    followed: Mutex<Followed<Content, Arc<Tokens>, String>>,
 }
+
+/// The text of the file, or why it cannot be read, in one line.
+pub(super) type Content = Result<String, String>;
 
 impl CurrentTokens {
     /// Begins with `tokens`, and follows the file that they were read from.
     pub(crate) fn new(tokens: Tokens) -> CurrentTokens {
-        tokens.keep_copy();
-        let seen = Ok(tokens.read_from.as_ref().map(|it| it.text.clone()).unwrap_or_default());
-        let (newest, settled) = (seen.clone(), seen);
-        CurrentTokens(Mutex::new(State { tokens: Arc::new(tokens), newest, settled, problem: None }))
+        let (path, content) = tokens.read_from.clone().unzip();
+        let tokens = Arc::new(tokens);
+        let followed = match content.unwrap_or_else(|| Ok(String::new())) {
+            Err(why) => Followed::refused(Err(why.clone()), tokens, why),
+            content => Followed::new(content, tokens),
+        };
+        CurrentTokens { path, followed: Mutex::new(followed) }
     }
 
     /// Those that are valid now.
     pub(crate) fn get(&self) -> Arc<Tokens> {
-        self.lock().tokens.clone()
+        self.lock().value().clone()
     }
 
-    /// Why the file of now is not used.
+    /// Why the file as it is now is not used.
     pub(crate) fn problem(&self) -> Option<String> {
-        self.lock().problem.clone()
+        let followed = self.lock();
+        followed.problem().map(|why| format!("gateway: {}", not_used(why, followed.value())))
     }
 
     /// Reads the file again. What is seen once may be a part of what somebody is writing, so it counts when it is seen twice.
     pub(crate) fn look(&self) {
-        let valid = self.get();
-        let Some(path) = valid.read_from.as_ref().map(|it| it.path.clone()) else { return };
-        let read = source(&path);
-        let seen: Seen = read.as_ref().map(|it| it.text.clone()).map_err(first_line);
-        {
-            let mut state = self.lock();
-            let is_settled = seen == state.newest;
-            state.newest = seen.clone();
-            if !is_settled || seen == state.settled {
-                return;
+        let Some(path) = &self.path else { return };
+        // A disk that hangs delays no request.
+        let content = source(path).map(|it| it.text).map_err(|it| first_line(&it));
+        let mut followed = self.lock();
+        let valid = followed.value().clone();
+        match followed.look_twice(content, |content, _| parse(path, content.clone()).map_err(Unusable::Content)) {
+            None => {}
+            Some(Ok(tokens)) => {
+                let (path, count) = (path.display(), tokens.all.len());
+                tracing::info!("{path}: was changed; its {count} tokens are valid from now on");
             }
-            state.settled = seen;
-        }
-        let found = match read {
-            Ok(source) => usable(source),
-            Err(refusal) => Err(first_line(&refusal)),
-        };
-        let mut state = self.lock();
-        match found {
-            Ok(tokens) => {
-                tracing::info!(
-                    "{}: was changed; its {} tokens are valid from now on",
-                    path.display(),
-                    tokens.all.len()
-                );
-                let tokens = Tokens { copy: valid.copy.clone(), ..tokens };
-                tokens.keep_copy();
-                (state.tokens, state.problem) = (Arc::new(tokens), None);
-            }
-            Err(why) => {
-                let problem = format!("{why}; the tokens of before stay valid");
-                tracing::warn!("{problem}");
-                state.problem = Some(format!("gateway: {problem}"));
-            }
+            Some(Err(why)) => tracing::warn!("{}", not_used(why, &valid)),
         }
     }
 
     /// The data are whole even if a thread panicked while it held the lock.
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    fn lock(&self) -> MutexGuard<'_, Followed<Content, Arc<Tokens>, String>> {
+        self.followed.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
+}
+
+fn not_used(why: &str, valid: &Tokens) -> String {
+    let what =
+        if valid.all.is_empty() { "until it can be used no token is valid" } else { "the tokens of before stay valid" };
+    format!("{why}; {what}")
 }
 
 /// The tokens in it, if there are any: an empty file is one that somebody is about to write.
-pub(crate) fn usable(source: Source) -> Result<Tokens, String> {
+fn parse(path: &Path, content: Content) -> Result<Arc<Tokens>, String> {
+    let source = Source { path: path.to_owned(), text: content? };
     let tokens = Tokens::parse(&source).map_err(|it| first_line(&it))?;
     if tokens.all.is_empty() {
-        return Err(format!("{}: there is no token in it", source.path.display()));
+        return Err(format!("{}: there is no token in it", path.display()));
     }
-    Ok(Tokens { read_from: Some(source), ..tokens })
+    Ok(Arc::new(tokens))
 }
 
 /// Of a mistake the line that says where and what; the lines after it show the text.
-pub(crate) fn first_line(refusal: &impl ToString) -> String {
+pub(super) fn first_line(refusal: &impl ToString) -> String {
     refusal.to_string().lines().next().unwrap_or_default().to_owned()
 }
 
@@ -188,6 +173,25 @@ mod tests {
             "old",
             Some(": its mode is 0644; only its owner may have access (chmod 600)"),
         );
+    }
+
+    #[test]
+    fn a_gateway_that_was_started_again_while_the_file_is_spoiled_waits_for_tokens() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tokens.toml");
+        let refusal = Tokens::read(&path).unwrap_err();
+        let current = CurrentTokens::new(Tokens::awaited(path.clone(), &refusal));
+        assert!(current.problem().is_some_and(|it| it.contains("No such file")));
+        let look_twice = || {
+            current.look();
+            current.look();
+            (current.get().identify("new", 0).is_some(), current.problem())
+        };
+        write(&path, "[[");
+        let (is_valid, problem) = look_twice();
+        assert!(!is_valid && problem.is_some_and(|it| it.ends_with("; until it can be used no token is valid")));
+        write(&path, &of("new"));
+        assert_eq!(look_twice(), (true, None));
     }
 
     #[test]

@@ -11,7 +11,7 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -48,13 +48,11 @@ mod writer;
 /// that hangs may do so for ever. The recorder waits after it, and the whole must end within two seconds (`run/end.rs`).
 const END_LIMIT: Duration = Duration::from_millis(500);
 
-/// The audit trail and the refusals, shared by every request.
+/// The audit trail and the refusals, shared by every request. Its threads are started with the gateway: where the system gives no more,
+/// orders are carried out and recorded all the same.
 #[derive(Debug)]
 pub struct Audit {
     orders: Arc<Mutex<Orders>>,
-    /// Disconnected when the thread that writes has ended; absent where nothing is kept. The threads are started with the gateway:
-    /// where the system gives no more, orders are carried out and recorded all the same.
-    writer_ended: Option<Mutex<Receiver<()>>>,
     /// Requests that are no orders.
     pub(crate) refusals: Refusals,
 }
@@ -79,7 +77,7 @@ impl From<(PathBuf, io::Error)> for OpenError {
 impl Audit {
     /// In memory only.
     pub fn in_memory() -> Audit {
-        Audit { orders: Arc::default(), writer_ended: None, refusals: Refusals::in_memory() }
+        Audit { orders: Arc::default(), refusals: Refusals::in_memory() }
     }
 
     /// In memory only, because the files cannot be used: that is told, and every record counts as lost.
@@ -106,8 +104,8 @@ impl Audit {
             tracing::warn!("{folder}: a second gateway could write here too, for it cannot be locked: {why}");
         });
         let started = writer::start(files, given, lock.ok());
-        let (orders, ended) = started.map_err(|cause| (folder.to_owned(), cause))?;
-        Ok(Audit { orders, writer_ended: Some(Mutex::new(ended)), refusals })
+        let orders = started.map_err(|cause| (folder.to_owned(), cause))?;
+        Ok(Audit { orders, refusals })
     }
 
     /// As [`Audit::open`], but not for longer than `limit`: a disk that takes nothing at the start keeps no gateway from its clients. What
@@ -170,14 +168,8 @@ impl Audit {
 
     /// Has the records written that wait, and waits [`END_LIMIT`] for that. What is recorded afterwards is in memory only.
     pub(crate) fn close(&self) {
-        let Some(ended) = &self.writer_ended else { return };
         let queue = self.lock().queue.take();
-        if queue.is_none() {
-            return;
-        }
-        drop(queue);
-        let ended = ended.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        if let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(END_LIMIT) {
+        if queue.is_some_and(|mut it| !it.end_within(END_LIMIT)) {
             let waiting = self.lock().waiting.len();
             tracing::error!("the disk of the audit trail does not answer: {waiting} audit records may not be written");
         }

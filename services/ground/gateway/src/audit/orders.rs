@@ -5,10 +5,10 @@
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::sync::mpsc::{SyncSender, TrySendError};
 use std::time::{Duration, Instant};
 
 use kittiwake_proto::v1::AuditRecord;
+use regular_file::{DiskThread, NotTaken};
 use tokio::sync::oneshot;
 
 use super::on_disk::OnDisk;
@@ -27,7 +27,7 @@ pub(super) const MAX_ORDERS: usize = 1000;
 #[derive(Debug, Default)]
 pub(super) struct Orders {
     /// To the writer; absent where nothing is kept, and after the end.
-    pub(super) queue: Option<SyncSender<Job>>,
+    pub(super) queue: Option<DiskThread<Job>>,
     /// The number of the newest record.
     pub(super) number: u64,
     pub(super) newest_last: VecDeque<AuditRecord>,
@@ -85,15 +85,15 @@ impl Orders {
             return None;
         };
         let (written, done) = oneshot::channel();
-        let why = match queue.try_send(Job::Write(record.clone(), written)) {
+        let why = match queue.hand_over(Job::Write(record.clone(), written)) {
             Ok(()) => {
                 self.waiting.push_back(now);
                 // Records are written one after the other: none is in its file before the oldest that waits.
                 let until = self.waiting.front().map_or(now, |oldest| *oldest + ANSWER_LIMIT);
                 return Some(Writing { done, until });
             }
-            Err(TrySendError::Full(_)) => format!("{MAX_WAITING} records wait for the disk already"),
-            Err(TrySendError::Disconnected(_)) => "the thread that writes them has ended".to_owned(),
+            Err(NotTaken::Full) => format!("{MAX_WAITING} records wait for the disk already"),
+            Err(NotTaken::Ended) => "the thread that writes them has ended".to_owned(),
         };
         self.failed(why);
         None

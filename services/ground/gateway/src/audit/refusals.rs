@@ -7,11 +7,11 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Mutex, MutexGuard};
-use std::thread::Builder;
+use std::time::Duration;
 
 use kittiwake_proto::v1::{RefusalCount, RefusalLog, RefusalRecord};
+use regular_file::DiskThread;
 
 use crate::audit::bounded_file::BoundedFile;
 use crate::audit::utc;
@@ -35,7 +35,7 @@ pub(crate) struct Refusals(Mutex<Log>);
 #[derive(Debug, Default)]
 struct Log {
     /// To the thread that writes the file; absent where nothing is kept.
-    queue: Option<SyncSender<RefusalRecord>>,
+    queue: Option<DiskThread<RefusalRecord>>,
     newest_last: VecDeque<RefusalRecord>,
     /// By reason and address.
     counts: BTreeMap<(String, String), (u64, String)>,
@@ -55,10 +55,9 @@ impl Refusals {
     }
 
     fn writing(mut file: BoundedFile) -> io::Result<Refusals> {
-        let (queue, refusals) = sync_channel(MAX_WAITING);
-        Builder::new().name("refusals".into()).spawn(move || {
+        let queue = DiskThread::start("refusals", MAX_WAITING, Duration::ZERO, move |refusals| {
             for refusal in refusals {
-                // What strangers sent and what became of it is no reason to stop, or to report that the audit trail has a gap.
+                // A failed refusal log must not stop the gateway, nor count as a gap in the audit trail.
                 let _ = file.write(&refusal);
             }
         })?;
@@ -79,7 +78,7 @@ impl Refusals {
         log.count(&refusal.reason, &refusal.address, &refusal.utc);
         if let Some(queue) = &log.queue {
             // Full while the disk hangs, or strangers are faster than it is.
-            let _ = queue.try_send(refusal.clone());
+            let _ = queue.hand_over(refusal.clone());
         }
         if log.newest_last.len() == MAX_RECORDS {
             log.newest_last.pop_front();

@@ -38,9 +38,11 @@ impl Audit {
 
     /// Does something with the files, and waits until everything before is done and they have been looked at.
     fn change_files(&self, change: impl FnOnce(&mut DayFiles) + Send + 'static) {
-        let Some(queue) = self.lock().queue.clone() else { return };
         let (done, is_done) = sync_channel(1);
-        queue.send(Job::Change(Box::new(change), done)).unwrap_or_else(|_| panic!("the writer has ended"));
+        match &self.lock().queue {
+            Some(queue) => queue.hand_over(Job::Change(Box::new(change), done)).expect("the writer takes it"),
+            None => return,
+        }
         is_done.recv().unwrap();
     }
 }

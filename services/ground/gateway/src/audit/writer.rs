@@ -5,12 +5,14 @@
 
 use std::fs::File;
 use std::io;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+#[cfg(test)]
+use std::sync::mpsc::SyncSender;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex};
-use std::thread::Builder;
 use std::time::{Duration, Instant};
 
 use kittiwake_proto::v1::AuditRecord;
+use regular_file::DiskThread;
 use tokio::sync::oneshot;
 
 use super::day_files::{DayFiles, sync};
@@ -48,15 +50,14 @@ pub(super) struct Writer {
     /// record.
     given_number: u64,
     /// What is to be brought to the disk goes here.
-    to_sync: SyncSender<Unsynced>,
+    to_sync: DiskThread<Unsynced>,
     /// A record was written since. So is what there is at the start: the gateway before may have been killed.
     is_unsynced: bool,
     /// Keeps other gateways away: also from files that a writer hangs in whose gateway has ended.
     _lock_file: Option<File>,
 }
 
-/// Starts the threads for files that were opened. Returns what requests use, and a receiver that is disconnected when the writer's
-/// thread has ended.
+/// Starts the threads for files that were opened. Returns what requests use.
 ///
 /// # Errors
 /// When the system gives no threads.
@@ -64,22 +65,19 @@ pub(super) fn start(
     files: DayFiles,
     (mut given, given_number): (GivenNumber, u64),
     lock_file: Option<File>,
-) -> io::Result<(Arc<Mutex<Orders>>, Receiver<()>)> {
+) -> io::Result<Arc<Mutex<Orders>>> {
     let written = files.newest_number();
     if 0 < given_number && given_number < written {
         // The record of a line that was cut off has just been written. A number that is missing or garbled stays so until the
         // next order, for `verify` to find.
         let _ = given.set(written);
     }
-    let (queue, jobs) = sync_channel(MAX_WAITING);
     let number = given_number.max(written);
     let on_disk = OnDisk::after(written);
-    let orders = Arc::new(Mutex::new(Orders { queue: Some(queue), number, on_disk, ..Orders::default() }));
+    let orders = Arc::new(Mutex::new(Orders { number, on_disk, ..Orders::default() }));
     // One that waits is enough: what is written meanwhile is brought to the disk with it.
-    let (to_sync, unsynced) = sync_channel(1);
     let of_sync = orders.clone();
-    Builder::new().name("audit-sync".into()).spawn(move || sync_each(&of_sync, &unsynced))?;
-    let (alive, ended) = sync_channel(0);
+    let to_sync = DiskThread::start("audit-sync", 1, Duration::ZERO, move |it| sync_each(&of_sync, &it))?;
     let writer = Writer {
         orders: orders.clone(),
         files,
@@ -89,12 +87,9 @@ pub(super) fn start(
         is_unsynced: true,
         _lock_file: lock_file,
     };
-    Builder::new().name("audit".into()).spawn(move || {
-        // Dropped when the thread ends, also by a panic.
-        let _alive: SyncSender<()> = alive;
-        writer.run(&jobs);
-    })?;
-    Ok((orders, ended))
+    let queue = DiskThread::start("audit", MAX_WAITING, Duration::ZERO, move |jobs| writer.run(&jobs))?;
+    lock(&orders).queue = Some(queue);
+    Ok(orders)
 }
 
 impl Writer {
@@ -162,7 +157,7 @@ impl Writer {
     fn sync(&mut self) {
         if self.is_unsynced {
             // Without descriptors for them the disk has not failed: the next look tries again.
-            let asked = self.unsynced().map(|it| self.is_unsynced = self.to_sync.try_send(it).is_err());
+            let asked = self.unsynced().map(|it| self.is_unsynced = self.to_sync.hand_over(it).is_err());
             if !self.is_unsynced {
                 self.files.close_former();
             }

@@ -1,7 +1,6 @@
 //! An order that is repeated under the same key gets the answer that is kept for it, and is not carried out again. Only the newest final
 //! answers are kept: `openapi` tells clients what else is sent again, and who recognises the key then.
 
-use std::collections::VecDeque;
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -9,6 +8,7 @@ use axum::body::{Body, Bytes, to_bytes};
 use axum::http::header::CONTENT_TYPE;
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
+use node::Answers;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
@@ -18,11 +18,11 @@ use crate::http::target::Target;
 
 /// The most answers kept: far more than are requested again within a minute.
 const CAPACITY: usize = 512;
-/// Bytes of all of them. Most have some hundred; one with the state of a large mission has a megabyte.
-const MAX_BYTES: usize = 8 * 1024 * 1024;
-/// An answer with more bytes makes room before the others do: what is decided about a permission has far fewer, and nobody else recognises
-/// its key.
+/// An answer with more bytes is kept among the large ones, so that it takes no room from the others. Most have some hundred, also what is
+/// decided about a permission, whose key nobody else recognises; one with the state of a large mission has a megabyte.
 const LARGE: usize = 16 * 1024;
+/// The most large ones.
+const LARGE_CAPACITY: usize = 8;
 /// The longest key, in bytes.
 const MAX_KEY: usize = 64;
 
@@ -71,17 +71,15 @@ impl Fingerprint {
 
 /// The newest answers.
 #[derive(Default)]
-pub(crate) struct AnswerCache(Mutex<Answers>);
+pub(crate) struct AnswerCache(Mutex<Newest>);
 
 #[derive(Default)]
-struct Answers {
-    newest_last: VecDeque<CachedAnswer>,
-    /// Of their bodies.
-    bytes: usize,
+struct Newest {
+    small: Answers<CachedAnswer, RequestId, CAPACITY>,
+    large: Answers<CachedAnswer, RequestId, LARGE_CAPACITY>,
 }
 
 struct CachedAnswer {
-    id: RequestId,
     fingerprint: Fingerprint,
     status: StatusCode,
     media_type: HeaderValue,
@@ -91,8 +89,8 @@ struct CachedAnswer {
 impl AnswerCache {
     /// The answer that was given under this id.
     pub(crate) fn get(&self, id: &RequestId, fingerprint: Fingerprint) -> Option<Response> {
-        let answers = self.lock();
-        let known = answers.newest_last.iter().find(|it| it.id == *id)?;
+        let newest = self.lock();
+        let known = newest.small.get(id).or_else(|| newest.large.get(id))?;
         if known.fingerprint != fingerprint {
             let detail = "the key was used for another request";
             let problem = Problem::new(StatusCode::UNPROCESSABLE_ENTITY, detail).of(Kind::KeyReused);
@@ -113,37 +111,19 @@ impl AnswerCache {
         let body = to_bytes(body, usize::MAX).await.unwrap_or_default();
         let media_type =
             head.headers.get(CONTENT_TYPE).cloned().unwrap_or(HeaderValue::from_static("application/json"));
-        self.lock().add(CachedAnswer { id, fingerprint, status, media_type, body: body.clone() });
+        let answer = CachedAnswer { fingerprint, status, media_type, body: body.clone() };
+        let mut newest = self.lock();
+        match body.len() <= LARGE {
+            true => newest.small.remember(id, answer),
+            false => newest.large.remember(id, answer),
+        }
+        drop(newest);
         Response::from_parts(head, Body::from(body))
     }
 
     /// The data are whole even if a thread panicked while it held the lock.
-    fn lock(&self) -> MutexGuard<'_, Answers> {
+    fn lock(&self) -> MutexGuard<'_, Newest> {
         self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
-    }
-}
-
-impl Answers {
-    /// Adds an answer. It is kept whatever its size: its client may have got none. Older ones make room for it.
-    fn add(&mut self, answer: CachedAnswer) {
-        self.bytes += answer.body.len();
-        while MAX_BYTES < self.bytes && !self.newest_last.is_empty() {
-            self.remove(self.oldest_large().unwrap_or(0));
-        }
-        if CAPACITY <= self.newest_last.len() {
-            self.remove(0);
-        }
-        self.newest_last.push_back(answer);
-    }
-
-    /// Where the oldest of the large answers is.
-    fn oldest_large(&self) -> Option<usize> {
-        self.newest_last.iter().position(|it| LARGE < it.body.len())
-    }
-
-    fn remove(&mut self, at: usize) {
-        let removed = self.newest_last.remove(at);
-        self.bytes -= removed.map_or(0, |it| it.body.len());
     }
 }
 
@@ -161,8 +141,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn the_newest_answers_are_kept_up_to_a_number_and_a_size() {
-        const MB: usize = 1024 * 1024;
+    async fn the_newest_answers_are_kept_and_large_ones_take_no_room_from_the_others() {
         let id = |n: usize| RequestId { who: "anna".into(), key: n.to_string() };
         let fingerprint = Fingerprint([0; 32]);
         // Which are kept of answers of these sizes.
@@ -174,20 +153,15 @@ mod tests {
             }
             let kept: Vec<usize> = (0..sizes.len()).filter(|n| cache.get(&id(*n), fingerprint).is_some()).collect();
             assert_eq!(kept, expected, "of {} answers", sizes.len());
-            assert_eq!(cache.lock().bytes, kept.iter().map(|n| sizes[*n]).sum::<usize>());
         };
-        check(&[100; CAPACITY], (0..CAPACITY).collect()).await;
+        check(&[LARGE; CAPACITY], (0..CAPACITY).collect()).await;
         check(&[100; CAPACITY + 3], (3..CAPACITY + 3).collect()).await;
-        check(&[MB; 8], (0..8).collect()).await;
-        check(&[MB; 30], (22..30).collect()).await;
-        check(&[MB, 7 * MB, 2 * MB], vec![2]).await;
-        // Large ones make room first, the oldest of them before the others.
-        check(&[100, 4 * MB, LARGE, 3 * MB, 100, 2 * MB], vec![0, 2, 3, 4, 5]).await;
-        let small = CAPACITY - 1;
-        let sizes = [vec![LARGE; small], vec![2 * MB]].concat();
-        check(&sizes, (2 * MB / LARGE - 1..=small).collect()).await;
-        // Also one that is larger than all may be, until the next.
-        check(&[MB, 20 * MB], vec![1]).await;
-        check(&[MB, 20 * MB, 100, MB], vec![2, 3]).await;
+        check(&[LARGE + 1; LARGE_CAPACITY + 3], (3..LARGE_CAPACITY + 3).collect()).await;
+        let large = [LARGE + 1; LARGE_CAPACITY];
+        check(
+            &[[100].as_slice(), &large, &[100], &large].concat(),
+            [vec![0], (LARGE_CAPACITY + 1..2 * LARGE_CAPACITY + 2).collect()].concat(),
+        )
+        .await;
     }
 }

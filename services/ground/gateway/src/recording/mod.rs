@@ -7,12 +7,12 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Duration;
 
 use domain::time::{Now, Pace};
 use kittiwake_proto::topics::Message;
 use node::VehicleId;
+use regular_file::DiskThread;
 
 use crate::recording::capture::{Captures, WriteJob};
 use crate::recording::config::Config;
@@ -36,7 +36,7 @@ mod writer;
 /// The most jobs that wait for the writer: those of several seconds.
 const CAPACITY: usize = 4096;
 /// A disk that hangs delays the end of the process by no more than this.
-const GRACE_PERIOD: Duration = Duration::from_secs(1);
+const END_LIMIT: Duration = Duration::from_secs(1);
 
 /// The node's end.
 pub(crate) struct Recorder {
@@ -47,11 +47,9 @@ pub(crate) struct Recorder {
 }
 
 struct WriterThread {
-    /// Taken to end the thread.
-    jobs: Option<SyncSender<WriteJob>>,
+    /// Absent where the system gives no thread; the status says so.
+    thread: Option<DiskThread<WriteJob>>,
     status: Arc<WriterStatus>,
-    /// Closed when everything is written.
-    done: Receiver<()>,
 }
 
 /// What HTTP shows of recordings.
@@ -100,17 +98,12 @@ impl Recorder {
 impl WriterThread {
     fn start(config: &Config, folder: PathBuf) -> WriterThread {
         let status = Arc::new(WriterStatus::default());
-        let (sender, jobs) = sync_channel(CAPACITY);
-        let (is_done, done) = sync_channel(0);
         let writer = Writer::new(folder, config.limits(), config.flush_s.seconds(), status.clone());
-        let spawned = std::thread::Builder::new().name("recorder".into()).spawn(move || {
-            writer::run(writer, &jobs);
-            drop(is_done);
-        });
-        if let Err(cause) = spawned {
+        let started = DiskThread::start("recorder", CAPACITY, END_LIMIT, move |jobs| writer::run(writer, &jobs));
+        let thread = started.inspect_err(|cause| {
             status.failed(&cause.to_string());
-        }
-        WriterThread { jobs: Some(sender), status, done }
+        });
+        WriterThread { thread: thread.ok(), status }
     }
 
     fn pass(&self, job: WriteJob) {
@@ -118,17 +111,9 @@ impl WriterThread {
         if !self.status.admit(bytes) {
             return self.status.count_dropped();
         }
-        if self.jobs.as_ref().is_none_or(|jobs| jobs.try_send(job).is_err()) {
+        if self.thread.as_ref().is_none_or(|it| it.hand_over(job).is_err()) {
             self.status.taken(bytes);
             self.status.count_dropped();
         }
-    }
-}
-
-impl Drop for WriterThread {
-    fn drop(&mut self) {
-        drop(self.jobs.take());
-        // Nothing is ever sent: this returns when the thread has ended, or takes too long.
-        let _ = self.done.recv_timeout(GRACE_PERIOD);
     }
 }

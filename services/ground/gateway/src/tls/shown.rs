@@ -7,12 +7,11 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::SystemTime;
 
+use regular_file::{Followed, Unusable};
 use rustls::server::{ClientHello, ResolvesServerCert};
 use rustls::sign::CertifiedKey;
 
 use super::{Demand, Files, Pair, Refusal, Texts};
-
-pub(crate) mod watch;
 
 /// The certificate of the next handshake, and the key to it.
 pub struct ShownCertificate {
@@ -21,17 +20,11 @@ pub struct ShownCertificate {
 }
 
 /// What a look finds.
-type Seen = Result<Texts, Refusal>;
+type Content = Result<Texts, Refusal>;
 
 struct State {
-    shown: Option<Pair>,
-    /// What was seen last, and what of that was acted on last.
-    newest: Seen,
-    settled: Seen,
-    /// Why what was acted on last is not used.
-    refusal: Option<Refusal>,
-    /// Why the files of now are not acted on yet: what is wrong with their date.
-    waiting: Option<Refusal>,
+    /// Without a certificate until the files can be used.
+    followed: Followed<Content, Option<Pair>, Refusal>,
     /// What is wrong, as it was told last.
     problem: Option<String>,
 }
@@ -39,19 +32,16 @@ struct State {
 impl ShownCertificate {
     /// Begins with what is in the files.
     pub(super) fn read(files: Files, demand: Demand, now: SystemTime) -> Result<ShownCertificate, Refusal> {
-        let seen = files.read();
-        let (shown, refusal) = match seen.as_ref().map_err(Refusal::clone).and_then(|it| files.parse(it)) {
-            Ok(pair) => (Some(pair), None),
-            Err(refusal) => (None, Some(refusal)),
+        let content = files.read();
+        let shown = content.clone().and_then(|it| files.parse(&it));
+        let out_of_date = shown.as_ref().ok().and_then(|it| files.out_of_date(it, now));
+        let followed = match (shown, out_of_date, demand) {
+            (Err(refusal), _, Demand::Valid | Demand::Usable) => return Err(refusal),
+            (Ok(_), Some(out_of_date), Demand::Valid) => return Err(out_of_date),
+            (Ok(pair), ..) => Followed::new(content, Some(pair)),
+            (Err(refusal), _, Demand::Nothing) => Followed::refused(content, None, refusal),
         };
-        let out_of_date = shown.as_ref().and_then(|it| files.out_of_date(it, now));
-        match (&refusal, out_of_date, demand) {
-            (Some(refusal), _, Demand::Valid | Demand::Usable) => return Err(refusal.clone()),
-            (None, Some(out_of_date), Demand::Valid) => return Err(out_of_date),
-            _ => {}
-        }
-        let state = State { shown, newest: seen.clone(), settled: seen, refusal, waiting: None, problem: None };
-        Ok(ShownCertificate { files, state: Mutex::new(state) })
+        Ok(ShownCertificate { files, state: Mutex::new(State { followed, problem: None }) })
     }
 
     /// What is wrong, as far as it was told.
@@ -61,23 +51,19 @@ impl ShownCertificate {
 
     /// What clients say against the date of the certificate.
     pub fn out_of_date(&self, now: SystemTime) -> Option<Refusal> {
-        self.lock().shown.as_ref().and_then(|it| self.files.out_of_date(it, now))
+        self.lock().followed.value().as_ref().and_then(|it| self.files.out_of_date(it, now))
     }
 
     /// Reads the files again, and tells what is wrong when that has changed. What is seen once may be a part of what somebody is
     /// writing, or a certificate whose key is still to come, so it counts when it is seen twice.
     pub fn look(&self, now: SystemTime) {
         // A disk that hangs delays no handshake.
-        let seen = self.files.read();
+        let content = self.files.read();
         let mut state = self.lock();
-        let is_settled = seen == state.newest;
-        state.newest = seen.clone();
-        if is_settled {
-            // Nothing waits any more where the files are again as they were.
-            state.waiting = None;
-            if seen != state.settled {
-                self.act_on(seen, &mut state, now);
-            }
+        if let Some(Ok(_)) =
+            state.followed.look_twice(content, |content, shown| self.parse(content, shown.as_ref(), now))
+        {
+            tracing::info!("{}: was changed; it is shown from now on", self.files.certificate.display());
         }
         let problem = self.wrong(&state, now);
         if problem == state.problem {
@@ -89,32 +75,27 @@ impl ShownCertificate {
         state.problem = problem;
     }
 
-    fn act_on(&self, seen: Seen, state: &mut State, now: SystemTime) {
-        let parsed = seen.clone().and_then(|it| self.files.parse(&it));
-        let wrong_date = parsed.as_ref().ok().and_then(|it| self.files.out_of_date(it, now));
-        let shows_valid = state.shown.as_ref().is_some_and(|it| self.files.out_of_date(it, now).is_none());
-        if wrong_date.is_some() && shows_valid {
-            // One that is not valid yet, or no more, takes the place of none that is. It is looked at again until the dates say otherwise.
-            state.waiting = wrong_date;
-            return;
+    fn parse(
+        &self,
+        content: &Content,
+        shown: Option<&Pair>,
+        now: SystemTime,
+    ) -> Result<Option<Pair>, Unusable<Refusal>> {
+        let parsed = content.clone().and_then(|it| self.files.parse(&it)).map_err(Unusable::Content)?;
+        let is_valid = |pair: &Pair| self.files.out_of_date(pair, now).is_none();
+        match self.files.out_of_date(&parsed, now) {
+            // One that is not valid yet, or no more, does not take the place of a valid one.
+            Some(wrong_date) if shown.is_some_and(is_valid) => Err(Unusable::Now(wrong_date)),
+            _ => Ok(Some(parsed)),
         }
-        state.settled = seen;
-        state.refusal = match parsed {
-            Ok(pair) => {
-                tracing::info!("{}: was changed; it is shown from now on", self.files.certificate.display());
-                state.shown = Some(pair);
-                None
-            }
-            Err(refusal) => Some(refusal),
-        };
     }
 
     fn wrong(&self, state: &State, now: SystemTime) -> Option<String> {
-        let out_of_date = || state.shown.as_ref().and_then(|it| self.files.out_of_date(it, now));
-        match (state.waiting.as_ref().or(state.refusal.as_ref()), &state.shown) {
-            (Some(refusal), Some(_)) => Some(format!("{refusal}; the certificate of before is shown")),
+        let shown = state.followed.value().as_ref();
+        match (state.followed.problem(), shown) {
+            (Some(refusal), Some(_)) => Some(format!("{refusal}; still serving the previous certificate")),
             (Some(refusal), None) => Some(format!("{refusal}; until it is mended no client gets a connection")),
-            (None, _) => out_of_date().map(|it| it.to_string()),
+            (None, shown) => shown.and_then(|it| self.files.out_of_date(it, now)).map(|it| it.to_string()),
         }
     }
 
@@ -126,7 +107,7 @@ impl ShownCertificate {
 
 impl ResolvesServerCert for ShownCertificate {
     fn resolve(&self, _: ClientHello) -> Option<Arc<CertifiedKey>> {
-        self.lock().shown.as_ref().map(|it| it.key.clone())
+        self.lock().followed.value().as_ref().map(|it| it.key.clone())
     }
 }
 

@@ -26,6 +26,8 @@ pub(crate) struct Rig {
     requests: u64,
     pub(crate) events: Vec<v1::SkillEvent>,
     pub(crate) feedback: Vec<v1::SkillFeedback>,
+    /// How it said last that somebody else flies; empty: nobody does.
+    pub(crate) other: String,
     /// Messages that were refused, and why.
     pub(crate) refused: Vec<String>,
     /// When setpoints were sent.
@@ -61,6 +63,7 @@ impl Rig {
             requests: 0,
             events: Vec::new(),
             feedback: Vec::new(),
+            other: String::new(),
             refused: Vec::new(),
             setpoints: Vec::new(),
             story: String::new(),
@@ -108,11 +111,6 @@ impl Rig {
         reply.skill_id
     }
 
-    /// Somebody else flies: this skill is to end without a command.
-    pub(crate) fn let_go(&mut self, skill_id: u64) {
-        self.call(Request::SkillCancel(v1::SkillCancelRequest { skill_id, without_command: true }));
-    }
-
     /// Sends a request.
     pub(crate) fn request(&mut self, request: v1::SkillRequest) -> v1::SkillReply {
         match self.call(Request::Skill(request)) {
@@ -123,7 +121,7 @@ impl Rig {
 
     /// Cancels a skill, or returns why not.
     pub(crate) fn cancel(&mut self, skill_id: u64) -> Result<(), String> {
-        match self.call(Request::SkillCancel(v1::SkillCancelRequest { skill_id, without_command: false })) {
+        match self.call(Request::SkillCancel(v1::SkillCancelRequest { skill_id })) {
             Response::SkillCancel(it) if it.accepted => Ok(()),
             Response::SkillCancel(it) => Err(it.refusal),
             other => panic!("{other:?}"),
@@ -265,6 +263,7 @@ impl Rig {
                 format!("{} {} {what}{reason}", kind_name(it.kind()), it.skill_id)
             }
             Message::SkillFeedback(it) => return self.feedback.push(*it),
+            Message::SkillControl(it) => return self.other.clone_from(&it.flown_by_other),
             Message::TrajectorySetpoint(_) => return self.setpoints.push(self.now),
             _ => return,
         };

@@ -88,14 +88,13 @@ fn what_waits_when_the_gateway_ends_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let audit = Audit::open(folder.path(), 9).unwrap();
     let (go_on, gate) = sync_channel::<()>(0);
-    let queue = audit.lock().queue.clone().unwrap();
     let (done, _) = sync_channel(1);
     let hang = move |_: &mut DayFiles| assert!(gate.recv().is_err());
-    queue.send(Job::Change(Box::new(hang), done)).unwrap_or_else(|_| panic!("the writer has ended"));
+    audit.lock().queue.as_ref().unwrap().hand_over(Job::Change(Box::new(hang), done)).unwrap();
     block_on(audit.asked(&order("pause")));
     block_on(audit.asked(&order("abort")));
     assert_eq!(intact(folder.path()).last, 0);
-    drop((queue, go_on));
+    drop(go_on);
     audit.close();
     assert_eq!((intact(folder.path()).last, intact(folder.path()).missing), (2, 0));
 }

@@ -1,18 +1,18 @@
 //! The time since the mission was begun, which goes on over a restart of the process.
 //!
-//! While a process runs, its monotonic clock counts. The time before its start is the difference in UTC to the beginning of the mission,
-//! corrected by how much the wall clock was set since; both are persisted. This time is only displayed: nothing is decided by it.
+//! While a process runs, its monotonic clock counts, so that a step of the wall clock moves no deadline. The time before its start is the
+//! difference in UTC to the beginning of the mission, corrected by how much the wall clock was set since; both are persisted.
 
 use std::time::Duration;
 
-use domain::time::{Now, Pace};
+use crate::time::{Now, Pace};
 
-/// A wall clock that differs by more from the monotonic one has stepped; less is not worth a write to the disk. (As the planner's `Begun`.)
+/// A wall clock that differs by more from the monotonic one has stepped; less is not worth a write to the disk. (ENG)
 const STEP_MS: u64 = 1000;
 
 /// Counts the time of one mission.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct MissionClock {
+pub struct MissionClock {
     /// In milliseconds since the Unix epoch, by the wall clock as it was then; 0 before the first moment. It tells one mission from another.
     began_utc_ms: i64,
     /// By how much the wall clock was set since.
@@ -23,16 +23,16 @@ pub(crate) struct MissionClock {
 }
 
 impl MissionClock {
-    /// Goes on with a mission that was begun then; 0: nothing is known of it. The wall clock was set by `set_by_ms` between that and the end of the
-    /// process before.
-    pub(crate) fn of_mission_begun(utc_ms: i64, set_by_ms: i64) -> MissionClock {
+    /// Goes on with a mission that another process began then; 0: nothing is known of it. Until the end of that process the wall clock was set
+    /// by `set_by_ms`.
+    pub fn resumed(utc_ms: i64, set_by_ms: i64) -> MissionClock {
         MissionClock { began_utc_ms: utc_ms, set_by_ms, before_s: None }
     }
 
     /// Notices the process's first moment, and a step of the wall clock, so that it counts for no process after this one either.
-    pub(crate) fn pass(&mut self, now: Now, pace: Pace) {
+    pub fn pass(&mut self, now: Now, pace: Pace) {
         if self.before_s.is_some() {
-            let passed = Duration::try_from_secs_f64(self.go_on(now.time.as_secs_f64())).unwrap_or_default();
+            let passed = self.passed(now);
             let passed_ms = i64::try_from(pace.to_wall(passed).as_millis()).unwrap_or(i64::MAX);
             let set_by_ms = now.utc_ms.saturating_sub(passed_ms).saturating_sub(self.began_utc_ms);
             if STEP_MS < set_by_ms.abs_diff(self.set_by_ms) {
@@ -43,7 +43,7 @@ impl MissionClock {
         if self.began_utc_ms == 0 {
             self.began_utc_ms = now.utc_ms;
         }
-        // A machine whose clock was set back since tells no negative time.
+        // A clock that was set back since does not make this time negative.
         let begun_utc_ms = self.began_utc_ms.saturating_add(self.set_by_ms);
         let since_ms = u64::try_from(now.utc_ms.saturating_sub(begun_utc_ms)).unwrap_or(0);
         let before = pace.wall(Duration::from_millis(since_ms)).saturating_sub(now.time.since_start());
@@ -51,31 +51,36 @@ impl MissionClock {
     }
 
     /// Another mission is begun now.
-    pub(crate) fn begin(&mut self, now: Now) {
+    pub fn begin(&mut self, now: Now) {
         let before_s = Some(-now.time.as_secs_f64());
         *self = MissionClock { began_utc_ms: now.utc_ms, set_by_ms: 0, before_s };
     }
 
     /// When the mission was begun, in milliseconds since the Unix epoch, by the wall clock as it was then.
-    pub(crate) fn began_utc_ms(self) -> i64 {
+    pub fn began_utc_ms(self) -> i64 {
         self.began_utc_ms
     }
 
     /// By how many milliseconds the wall clock was set since.
-    pub(crate) fn set_by_ms(self) -> i64 {
+    pub fn set_by_ms(self) -> i64 {
         self.set_by_ms
     }
 
     /// Seconds since then, of seconds since the start of this process.
-    pub(crate) fn go_on(self, process_s: f64) -> f64 {
+    pub fn seconds(self, process_s: f64) -> f64 {
         self.before_s.unwrap_or_default() + process_s
+    }
+
+    /// The mission time that has passed since then.
+    pub fn passed(self, now: Now) -> Duration {
+        Duration::try_from_secs_f64(self.seconds(now.time.as_secs_f64())).unwrap_or_default()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use domain::time::Time;
+    use crate::time::Time;
 
     fn now(s: u64, utc_ms: i64) -> Now {
         Now { time: Time::after(Duration::from_secs(s)), utc_ms }
@@ -84,13 +89,13 @@ mod tests {
     /// A process that starts with `began` and is `s` seconds old at its first moment: the mission's seconds then and 5 s later.
     #[track_caller]
     fn check(began: i64, first: Now, speed: f64, expected: (f64, f64)) {
-        let mut clock = MissionClock::of_mission_begun(began, 0);
+        let mut clock = MissionClock::resumed(began, 0);
         let pace = Pace::new(speed).unwrap();
         clock.pass(first, pace);
         // A step of the wall clock while it runs changes nothing.
         clock.pass(now(99, 1), pace);
         let first_s = first.time.as_secs_f64();
-        assert_eq!((clock.go_on(first_s), clock.go_on(first_s + 5.0)), expected);
+        assert_eq!((clock.seconds(first_s), clock.seconds(first_s + 5.0)), expected);
     }
 
     #[test]
@@ -114,13 +119,13 @@ mod tests {
     fn a_clock_that_was_set_counts_for_no_process_after_this_one() {
         const NOON: i64 = 1_800_000_000_000;
         for step_ms in [-3_600_000, 0, 3_600_000] {
-            let mut clock = MissionClock::of_mission_begun(NOON, 0);
+            let mut clock = MissionClock::resumed(NOON, 0);
             clock.pass(now(0, NOON + 30_000), Pace::REAL_TIME);
             clock.pass(now(10, NOON + 40_000 + step_ms), Pace::REAL_TIME);
             assert_eq!(clock.began_utc_ms(), NOON, "it is no other mission");
-            let mut next = MissionClock::of_mission_begun(NOON, clock.set_by_ms());
+            let mut next = MissionClock::resumed(NOON, clock.set_by_ms());
             next.pass(now(0, NOON + 45_000 + step_ms), Pace::REAL_TIME);
-            assert_eq!(next.go_on(0.0), 45.0, "after a step by {step_ms} ms");
+            assert_eq!(next.seconds(0.0), 45.0, "after a step by {step_ms} ms");
         }
     }
 
@@ -129,6 +134,6 @@ mod tests {
         let mut clock = MissionClock::default();
         clock.pass(now(1, 70_000), Pace::REAL_TIME);
         clock.begin(now(400, 470_000));
-        assert_eq!((clock.began_utc_ms(), clock.go_on(400.0), clock.go_on(410.0)), (470_000, 0.0, 10.0));
+        assert_eq!((clock.began_utc_ms(), clock.seconds(400.0), clock.seconds(410.0)), (470_000, 0.0, 10.0));
     }
 }
