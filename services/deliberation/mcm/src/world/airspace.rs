@@ -1,57 +1,28 @@
 //! Where the vehicle may fly now: the airspace rule, asked in every mode.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use domain::airspace::{Airspace, Breach, Clock, Grants, Motion, Why, stays};
+use domain::airspace::{Airspace, Breach, Clock, Grants, Motion};
 use domain::area::{Area, AreaKind};
 use domain::contingency::narrowing::Narrowing;
-use domain::contingency::{AREA_AHEAD, AREA_BREACHED, Phase};
-use domain::decision::DecisionKind;
 use domain::geometry::Ned;
-use domain::plan::{Step, StepId};
-use domain::route::WORTH_FLYING_M;
+use domain::plan::Step;
 use domain::skill::Goal;
 use domain::speeds::Speeds;
 use domain::time::Time;
-use domain::way::{FlightLimits, way_out};
 
-use super::{SELF, WayOut, World};
-use crate::journal::Said;
+use super::World;
+use super::places::SAME_SITE_M;
 use crate::permits::{Permits, held_for};
-use crate::vehicle::Vehicle;
 
-/// A permission is asked for again this long before the vehicle would have to leave. (ENG: the tower's answer is awaited
-/// for up to 30 s.)
-const RENEWAL_LEAD: Duration = Duration::from_secs(60);
-/// A vehicle that is slower than this holds. (ENG: what an estimate's noise and a gust do.)
-const MOVES_M_S: f64 = 1.0;
 /// Time to brake and to turn before the way out is flown.
 const TURN: Duration = Duration::from_secs(5);
 /// A way out takes longer than it is reckoned by up to this factor, as in the airspace rule.
 const SLOWER: f64 = 1.25;
-/// Ways out are looked for again after this. (ENG: by then a vehicle at cruise speed is ten metres farther, a fifth of what [`TURN`] allows
-/// for; a search among hundreds of areas takes milliseconds.)
-const WAYS_OUT_PERIOD: Duration = Duration::from_secs(1);
-
 /// The time to turn, and for a flight of this many seconds out of an area.
-fn with_turn(flight_s: f64) -> Duration {
+pub(super) fn with_turn(flight_s: f64) -> Duration {
     TURN.saturating_add(Duration::try_from_secs_f64(SLOWER * flight_s).unwrap_or(Duration::MAX))
-}
-
-/// The seconds after which the vehicle that flies `way` from `from` is in none of these areas any more.
-fn time_inside_s(from: Ned, way: &[Ned], areas: &[&Area], margin_m: f64, speeds: &Speeds) -> f64 {
-    let (mut begin, mut flown_s, mut inside_s) = (from, 0.0, 0.0);
-    for end in way {
-        let leg_s = speeds.time_s(begin, *end);
-        let leaves = |area: &&Area| Some(stays(area, begin, *end, margin_m).last()?.leaves);
-        if let Some(last) = areas.iter().filter_map(leaves).reduce(f64::max) {
-            inside_s = flown_s + last * leg_s;
-        }
-        (begin, flown_s) = (*end, flown_s + leg_s);
-    }
-    inside_s
 }
 
 /// All areas, those that may be entered, and what flags forbid; a way is chosen again when they change.
@@ -62,43 +33,6 @@ pub(crate) struct WhatMayBeEntered {
     narrowing: Narrowing,
     comes_down: bool,
     needs_held_areas: bool,
-}
-
-/// The result of the last check of the airspace.
-#[derive(Debug, Default)]
-pub(super) struct AirspaceWatch {
-    next: Time,
-    /// What is wrong with the rest of the present step.
-    step: Option<(StepId, Breach)>,
-    /// The vehicle is inside an area.
-    inside: bool,
-    /// The time that it needs to leave what is around it. While a breach lasts it does not become less: a way out that has begun is
-    /// flown to its end.
-    leaving: Duration,
-    /// What is around it breaches the rule.
-    breached: bool,
-    ways_out: WaysOut,
-}
-
-/// How long the ways take out of the areas around the vehicle whose permissions end before long.
-#[derive(Debug, Default)]
-struct WaysOut {
-    /// When they are looked for again.
-    again: Time,
-    /// By the names of the areas; those without a way are not in here.
-    times: BTreeMap<String, Duration>,
-}
-
-impl AirspaceWatch {
-    /// The next check is due at once.
-    pub(super) fn invalidate(&mut self) {
-        (self.next, self.ways_out.again) = (Time::ZERO, Time::ZERO);
-    }
-
-    /// Whether the vehicle was inside an area.
-    pub(super) fn is_inside(&self) -> bool {
-        self.inside
-    }
 }
 
 impl World {
@@ -172,7 +106,7 @@ impl World {
     }
 
     /// What is wrong with beginning `step` where the vehicle is.
-    fn breach_of_step(&self, step: &Step) -> Option<Breach> {
+    pub(super) fn breach_of_step(&self, step: &Step) -> Option<Breach> {
         let vehicle = self.vehicle?;
         let here = vehicle.position;
         let speeds = self.flight_limits().speeds;
@@ -230,49 +164,6 @@ impl World {
         self.now.time + self.limits.airspace_period
     }
 
-    /// Checks the airspace around the vehicle and ahead of it: raises the flag of a breach, asks in time for
-    /// permissions that will expire, and finds what is wrong with the rest of the step.
-    pub(super) fn watch_airspace(&mut self) {
-        let Some(vehicle) = self.vehicle.filter(|it| it.flying) else {
-            self.airspace_watch = AirspaceWatch::default();
-            self.flags.condition_gone(AREA_BREACHED, SELF);
-            self.flags.condition_gone(AREA_AHEAD, SELF);
-            return;
-        };
-        if self.now.time < self.airspace_watch.next {
-            return;
-        }
-        self.airspace_watch.next = self.next_look();
-        let breach = self.breach_here(vehicle.position);
-        match breach.is_none().then(|| self.breach_at_rest(vehicle)).flatten() {
-            Some(why) => self.raise(AREA_AHEAD, SELF, why),
-            None => self.flags.condition_gone(AREA_AHEAD, SELF),
-        }
-        match breach {
-            // Down where it is comes before a hold in there.
-            Some(_) if self.flight_phase() == Phase::Landing && matches!(self.way_out(), Some(WayOut::Stays(_))) => {}
-            Some(breach) => self.raise(AREA_BREACHED, SELF, breach.in_words()),
-            // One that was up before a restart is not known to be over yet.
-            None if self.permissions.awaits_first_ledger(self.now.time) || !self.knows_areas() => {}
-            None => self.flags.condition_gone(AREA_BREACHED, SELF),
-        }
-        let step = self.planner.step();
-        self.airspace_watch.step = step.and_then(|(step, ..)| Some((step.id, self.breach_of_step(step)?)));
-        self.renew_permissions(vehicle.position);
-    }
-
-    /// What is wrong with being at `here` for as long as it takes to leave.
-    fn breach_here(&mut self, here: Ned) -> Option<BreachHere> {
-        self.look_for_ways_out(here);
-        let leaving = self.time_to_leave_all(here);
-        let grants = self.permits().to_stay();
-        let breach = self.airspace(&grants, self.limits.leave_lead).breach_at(here, leaving);
-        let is_inside = self.areas_around(here).next().is_some();
-        let watch = &mut self.airspace_watch;
-        (watch.inside, watch.leaving, watch.breached) = (is_inside, leaving, breach.is_some());
-        breach.map(BreachHere)
-    }
-
     /// The time that the vehicle needs to leave what is around it, no matter which of that must be left: to the nearest borders, and as
     /// long as the way takes out of an area whose permission ends by then.
     pub(super) fn time_to_leave_all(&self, here: Ned) -> Duration {
@@ -287,137 +178,26 @@ impl World {
         nearest.max(ways.unwrap_or_default()).max(begun)
     }
 
-    /// Looks for the ways out of the areas around the vehicle whose permissions end before the longest way out could be flown: the nearest
-    /// border may be closed, and wind is stronger on some ways than on others.
-    fn look_for_ways_out(&mut self, here: Ned) {
-        if self.now.time < self.airspace_watch.ways_out.again {
-            return;
-        }
-        let grants = &self.permits().grants;
-        let matters_for = self.longest_way_out().saturating_add(self.limits.leave_lead + RENEWAL_LEAD);
-        let ending = self.areas_around(here).filter_map(|area| Some((area, *grants.get(&area.name)?)));
-        let ending = ending.filter(|(_, left)| *left < matters_for);
-        let times =
-            ending.filter_map(|(area, left)| Some((area.name.clone(), self.way_out_after(left, here, grants)?)));
-        let times = times.collect();
-        self.airspace_watch.ways_out = WaysOut { again: self.now.time + WAYS_OUT_PERIOD, times };
-    }
-
-    /// How long the way takes out of what must not be stayed in for longer than `left`; `None` without a way.
-    fn way_out_after(&self, left: Duration, here: Ned, grants: &Grants) -> Option<Duration> {
-        // A grant that holds for exactly the lead would still do.
-        let airspace = self.airspace(grants, left.saturating_add(Duration::from_millis(1)));
-        let limits = self.limits_in_wind();
-        let way = way_out(here, &airspace, &limits)?;
-        let ending: Vec<&Area> = airspace.trespassed(here).collect();
-        Some(with_turn(time_inside_s(here, &way, &ending, airspace.vertical_margin_m, &limits.speeds)))
-    }
-
-    /// The longest way out that is flown, at the slowest speed over ground, and up to the greatest height or down from there.
-    fn longest_way_out(&self) -> Duration {
-        let FlightLimits { speeds, highest_m, .. } = self.limits_in_wind();
-        let against_wind_m_s = (speeds.airspeed_m_s - speeds.wind.speed_m_s()).min(speeds.cruise_m_s);
-        let vertical_m_s = speeds.climb_m_s.min(speeds.descent_m_s);
-        with_turn(self.limits.farthest_out_m / against_wind_m_s + highest_m / vertical_m_s)
-    }
-
-    /// The area that may not be entered in which `vehicle` would come to rest if it braked now, in words.
-    fn breach_at_rest(&self, vehicle: Vehicle) -> Option<String> {
-        let speed_m_s = vehicle.speed_m_s();
-        if speed_m_s < MOVES_M_S {
-            return None;
-        }
-        let way_m = speed_m_s * speed_m_s / (2.0 * self.limits.braking_m_s2);
-        let (here, velocity, share) = (vehicle.position, vehicle.velocity, way_m / speed_m_s);
-        let at_rest = Ned::new(
-            here.north_m + velocity.north_m_s * share,
-            here.east_m + velocity.east_m_s * share,
-            here.down_m + velocity.down_m_s * share,
-        );
-        let speeds = Speeds::calm(speed_m_s, speed_m_s, speed_m_s);
-        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
-        let grants = self.permits().to_continue();
-        let breach = self.airspace(&grants, Duration::ZERO).first_breach(here, at_rest, motion)?;
-        // One that is held and ends soon is left by its own rule.
-        let is_barred = matches!(breach.why, Why::KeepOut | Why::NotGranted);
-        is_barred
-            .then(|| format!("at {speed_m_s:.1} m/s it comes to rest {way_m:.0} m on, inside area {}", breach.area))
-    }
-
     /// The areas around the vehicle, whether or not it may be there.
     pub(super) fn areas_around(&self, here: Ned) -> impl Iterator<Item = &Area> {
         self.planner.areas().iter().filter(move |it| it.is_active(self.now.utc_ms) && it.contains(here))
     }
 
     /// The time to leave `area` by the nearest border, in the usual wind: less is reckoned for no way out.
-    fn time_to_border(&self, area: &Area, here: Ned) -> Duration {
+    pub(super) fn time_to_border(&self, area: &Area, here: Ned) -> Duration {
         // The usual wind blows against every direction.
         let out = Ned { north_m: here.north_m + area.distance_to_border_m(here), ..here };
         with_turn(self.flight_limits().speeds.time_s(here, out))
     }
 
-    /// Asks for the permissions of areas around the vehicle that would expire before it has left them, and for those that a
-    /// tower has given that is gone.
-    fn renew_permissions(&mut self, here: Ned) {
-        let inside = self.areas_around(here).filter(|it| it.kind == AreaKind::Permission);
-        let due = |area: &&Area| {
-            if self.permissions.is_of_former_tower(&area.name) {
-                return true;
-            }
-            let way = self.airspace_watch.ways_out.times.get(&area.name).copied().unwrap_or_default();
-            let leaving = self.time_to_border(area, here).max(way);
-            let leave_by = leaving.saturating_add(self.limits.leave_lead + RENEWAL_LEAD);
-            self.permissions.holds(&area.name, self.now.time, Duration::ZERO)
-                && !self.permissions.holds(&area.name, self.now.time, leave_by)
-        };
-        let names: BTreeSet<String> = inside.filter(due).map(|it| it.name.clone()).collect();
-        let by = self.needed_by();
-        for area in names {
-            let why = match self.permissions.is_of_former_tower(&area) {
-                true => "because the control tower was started again",
-                false => "before its permission expires",
-            };
-            if self.permissions.renew(self.now.time, &area, by, &self.limits, &mut self.outbox) {
-                let text = format!("asking for area {area} again {why}");
-                self.record(Said::new("permission", DecisionKind::PermissionAsked, text).about_area(area));
-            }
-        }
+    /// The flag because of which no landing may begin at `place`, if there is one.
+    pub(crate) fn landing_forbidden_by(&self, place: Ned) -> Option<&Arc<str>> {
+        let (row, at) = (self.decision.narrowing.no_landing_here?, self.no_landing_at?);
+        (place.horizontal_distance_m(at) < SAME_SITE_M).then(|| self.flags.name(row))
     }
 
-    /// The goal while there is no plan: in the direction of the step that failed, slower, and only as far as the next
-    /// border that may not be crossed; otherwise stop. `None` on the ground, but for a takeoff that the autopilot has ended and would go on with.
-    ///
-    /// The position goal holds at its target, so that a transition never ends by itself.
-    pub(crate) fn transition_goal(&self) -> Option<Goal> {
-        let vehicle = self.vehicle?;
-        if self.is_about_to_lift_off() || self.touches_in_landing() {
-            return Some(Goal::Land);
-        }
-        let here = Some(vehicle).filter(|it| it.flying)?.position;
-        let Some(Goal::Position { target, speed_limit_m_s, yaw_rad, .. }) = self.planner.interrupted_goal() else {
-            return Some(Goal::Stop);
-        };
-        let speed_m_s = self.slowed(self.limits.transition.speed_m_s.min(speed_limit_m_s));
-        let target = match self.breach_on_way(here, target, speed_m_s) {
-            Some(breach) => self.before(here, target, &breach),
-            None => Some(target).filter(|it| WORTH_FLYING_M <= here.distance_m(*it)),
-        };
-        let Some(target) = target else { return Some(Goal::Stop) };
-        Some(Goal::Position { target, speed_limit_m_s: speed_m_s, yaw_rad, hold_at_target: true })
-    }
-}
-
-/// A breach where the vehicle is.
-struct BreachHere(Breach);
-
-impl BreachHere {
-    fn in_words(&self) -> String {
-        let area = &self.0.area;
-        match self.0.why {
-            Why::KeepOut if self.0.after.is_zero() => format!("inside keep-out area {area}"),
-            Why::KeepOut => format!("keep-out area {area} applies here in {} s", self.0.after.as_secs()),
-            Why::NotGranted => format!("inside area {area} without permission"),
-            Why::TooShort { held, .. } => format!("the permission for area {area} expires in {} s", held.as_secs()),
-        }
+    /// The permissions that a response could use from here on, also one that is not under way.
+    pub(super) fn permits_of_responses(&self) -> Grants {
+        if self.comes_down() { self.permits().to_begin() } else { self.permits().with_all_held() }
     }
 }

@@ -9,12 +9,13 @@ use domain::decision::{DecisionKind, Rejected};
 use domain::energy::EnergyModel;
 use domain::geometry::Ned;
 use domain::measured::{Measured, Unit};
-use domain::site::{MOST_SITES, Site, SiteKind};
+use domain::site::SiteKind;
 use domain::way::{FlightLimits, Found, MOST_LEGS};
 
-use super::ground::SAME_SITE_M;
+use super::places::SAME_SITE_M;
 use super::{WhatMayBeEntered, World};
-use crate::journal::{CONTINGENCY, Said};
+use crate::journal::{CONTINGENCY, Cause, Said};
+use crate::permits::held_for;
 
 /// A look ends after so many legs of ways, and each search in it after half of them: it runs in the loop that answers flags, twice a
 /// second. (Measured: 2 to 10 us for a leg.)
@@ -257,14 +258,48 @@ impl World {
         }
     }
 
-    /// The sites of the mission.
-    pub(super) fn mission_sites(&self) -> &[Site] {
-        let sites = self.planner.status().map_or(&self.remembered_sites, |it| &it.sites);
-        &sites[..sites.len().min(MOST_SITES)]
-    }
-
     fn candidates(&self) -> Vec<Candidate> {
         let objectives = self.planner.status().into_iter().flat_map(|it| &it.objectives).map(|it| &it.objective);
         candidates(self.operator.landing_site(), self.mission_sites(), objectives)
+    }
+
+    /// Lets a response that brings the vehicle down, and that no landing is in reach of otherwise, enter areas whose permission is held
+    /// although a flag forbids it: what was granted counts until it expires, and to ditch or to land anywhere is worse.
+    pub(super) fn look_for_held_areas(&mut self) {
+        if !self.comes_down() {
+            self.need_held_areas(false);
+            return;
+        }
+        if self.needs_held_areas {
+            return;
+        }
+        let (held, usable) = (held_for(&self.permits().grants, self.limits.permission_margin), self.enterable());
+        let areas: Vec<String> = held.into_iter().filter(|it| !usable.contains(it)).collect();
+        if areas.is_empty() || self.landing_in_reach().is_some() {
+            return;
+        }
+        self.need_held_areas(true);
+        let Some(place) = self.landing_in_reach() else {
+            self.need_held_areas(false);
+            return;
+        };
+        let (areas, row) = (areas.join(", "), self.decision.narrowing.no_new_area);
+        let although = match row {
+            Some(row) => format!("`{}` is up", self.flags.name(row)),
+            None => "the tower has not decided about it again since the start".to_owned(),
+        };
+        let text =
+            format!("area {areas} may be entered although {although}: it is held, and else no landing can be reached");
+        let said = Said::new(CONTINGENCY, DecisionKind::Note, text);
+        let said = match row {
+            Some(row) => said.about(row).led_to_by(Cause::Raised(row)),
+            None => said.led_to_by(Cause::Response),
+        };
+        self.record(said.taking(place, "with the permissions that are held".to_owned()));
+    }
+
+    fn need_held_areas(&mut self, needs: bool) {
+        self.needs_held_areas = needs;
+        self.permits.take();
     }
 }

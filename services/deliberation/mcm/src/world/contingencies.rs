@@ -1,14 +1,12 @@
 //! Flags: what raises them, and what is recorded about them.
 
-use domain::contingency::{INTROSPECTION_LOST, Then};
-use domain::decision::DecisionKind;
+use domain::contingency::INTROSPECTION_LOST;
 use domain::measured::{Measured, Unit};
 use domain::time::Time;
 use kittiwake_proto::topics::Topic;
 
 use super::unknown_flags::shortened;
 use super::{SELF, World};
-use crate::journal::{CONTINGENCY, Cause, Entry, Said};
 
 impl World {
     /// Takes in the monitor's messages since the last tick: the newest introspection, and flags. Returns when the
@@ -66,50 +64,8 @@ impl World {
         None
     }
 
-    /// Raises a flag that has a row; of one without a row only the first event is recorded.
-    pub(super) fn raise(&mut self, name: &str, source: impl Into<String>, reason: impl Into<String>) {
-        self.raise_by(name, source, reason, None);
-    }
-
-    /// The same for a flag that is raised by a value.
-    fn raise_by(
-        &mut self,
-        name: &str,
-        source: impl Into<String>,
-        reason: impl Into<String>,
-        measured: Option<Measured>,
-    ) {
-        match self.flags.number(name) {
-            None => {
-                if let Some(text) = self.unknown_flags.meet(name) {
-                    self.record(Said::new(CONTINGENCY, DecisionKind::Note, text).led_to_by(Cause::Nothing));
-                }
-            }
-            // The touchdown that it is about stays what it was.
-            Some(row) if self.table.rows()[row].then == Then::Crashed && self.crash.is_some() => {}
-            Some(row) => {
-                let reason = reason.into();
-                if self.flags.raise(self.now.time, row, source.into(), reason.clone(), measured) {
-                    self.journal.decided(self.now, Entry::Raised(row, reason, measured));
-                }
-            }
-        }
-    }
-
     /// A transition action flies, or no longer does.
     pub(crate) fn set_in_transition(&mut self, flies: bool) {
         self.in_transition = flies;
-    }
-
-    /// The transition action failed: its row takes over within this tick, before anything is sent.
-    pub(crate) fn raise_transition_failed(&mut self, why: &str) {
-        self.raise(domain::contingency::TRANSITION_FAILED, SELF, why);
-        self.take_decision();
-    }
-
-    /// The mission is over and the vehicle flies: its row brings it down.
-    pub(crate) fn raise_ended_in_air(&mut self) {
-        let reason = self.over().unwrap_or_default().to_owned();
-        self.raise(domain::contingency::ENDED_IN_AIR, SELF, format!("over in the air: {reason}"));
     }
 }

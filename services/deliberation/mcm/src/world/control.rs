@@ -14,6 +14,7 @@ use kittiwake_proto::v1;
 
 use super::{SELF, UnplannedLanding, World};
 use crate::clients::skills::Sending;
+use crate::config::Limits;
 use crate::vehicle::{ConfirmedState, Vehicle};
 
 /// Origins nearer than this to each other are the same place. (ENG: less than the tolerance of any goal.)
@@ -97,11 +98,6 @@ impl World {
         self.raise(AUTOPILOT_PREEMPTS, SELF, reason);
     }
 
-    /// Whether a pilot or another ground station flies the vehicle.
-    pub(crate) fn is_flown_by_other(&self) -> bool {
-        self.flags.is_up(SOMEBODY_ELSE_FLIES)
-    }
-
     /// Whether the vehicle flies, and nobody else flies it: by a status, and what the skill manager says, from since it has lifted off, which
     /// would tell; of those that are silent no more is to be expected.
     pub(crate) fn flies_unattended(&self) -> bool {
@@ -109,12 +105,6 @@ impl World {
         let is_told = since <= vehicle.status_at.min(self.control.told_at)
             || status_limit(self.limits.pace) <= self.now.time - since;
         vehicle.flying && is_told && !self.is_flown_by_other()
-    }
-
-    /// Whether the autopilot flies a failsafe of its own, which nothing but a landing where the vehicle is, or an operator's order, may end:
-    /// the skill manager refuses everything else.
-    pub(crate) fn is_left_to_autopilot(&self) -> bool {
-        self.flags.is_up(AUTOPILOT_PREEMPTS) && self.vehicle.is_some_and(|it| it.flying)
     }
 
     /// An operator has ordered to take control back, and the vehicle has not obeyed yet.
@@ -277,6 +267,14 @@ impl World {
         self.lower(FRAME_MOVED);
         self.control.frame = self.vehicle.map(|it| Frame { epoch: it.frame_epoch, origin: it.origin });
         Ok(true)
+    }
+
+    /// Sends the effects of this wake: requests first, then messages that are only read.
+    pub(crate) fn flush(&mut self) {
+        let (now, Limits { request_timeout, skill_silence, .. }) = (self.now.time, self.limits);
+        self.skills.flush(self.now.time, self.sending(), request_timeout, &mut self.outbox);
+        self.skills.tend(now, skill_silence, request_timeout, &mut self.outbox);
+        self.planner.tend(now, request_timeout, &mut self.outbox);
     }
 }
 

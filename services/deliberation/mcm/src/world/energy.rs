@@ -1,11 +1,9 @@
 //! What the flight takes out of the battery, how far it suffices, and what a flight without a plan takes.
 
 use domain::alternates::{Alternate, Role};
-use domain::energy::{EnergyModel, Shortfall, Wind};
+use domain::energy::{Shortfall, Wind};
 use domain::geometry::Ned;
 use domain::site::SiteKind;
-use domain::speeds::Speeds;
-use domain::way::FlightLimits;
 use kittiwake_proto::v1;
 
 use super::World;
@@ -14,29 +12,6 @@ use super::World;
 const HOUR_S: f64 = 3600.0;
 
 impl World {
-    /// The vehicle's figures, corrected by what the flight was measured to take.
-    pub(super) fn energy(&self) -> EnergyModel {
-        self.limits.energy.taking(self.consumption.factor())
-    }
-
-    /// The wind that ways are reckoned in.
-    pub(super) fn wind(&self) -> Wind {
-        let energy = &self.limits.energy;
-        let measured = self.vehicle.and_then(|it| it.wind);
-        measured.map_or(energy.usual_wind(), |it| energy.wind_where_measured(it))
-    }
-
-    /// Speeds, heights and distances of a flight without a plan in the wind as it is.
-    pub(super) fn limits_in_wind(&self) -> FlightLimits {
-        let limits = self.flight_limits();
-        let in_wind = Speeds { airspeed_m_s: self.limits.airspeed_m_s, wind: self.wind(), ..limits.speeds };
-        // In a wind in which it holds no place the vehicle still needs a way down, and a time for it that ends.
-        match in_wind.hold_in_wind() {
-            true => FlightLimits { speeds: in_wind, ..limits },
-            false => limits,
-        }
-    }
-
     /// Compares what the battery gives with what the figures say, for as long as the vehicle flies.
     pub(super) fn measure_consumption(&mut self) {
         let Some(vehicle) = self.vehicle.filter(|it| it.flying) else {

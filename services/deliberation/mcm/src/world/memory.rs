@@ -119,8 +119,8 @@ impl World {
     }
 
     /// The vehicle is seen. One that is in the air at first sight was flown by somebody before: a manager that remembers nothing does not
-    /// know for what.
-    pub(super) fn remembers_flight(&mut self) {
+    /// know for what. Returns whether what is remembered is of another mission, and the vehicle stands.
+    pub(super) fn remembers_flight(&mut self) -> bool {
         let is_known = std::mem::replace(&mut self.memory.is_known, true);
         if !is_known && self.is_flying() {
             let why = "there is none, but the vehicle is in the air".to_owned();
@@ -129,10 +129,9 @@ impl World {
             }
             self.memory_lost(MemoryLoss { id: self.planner.instance().max(1), why });
         }
-        if std::mem::take(&mut self.memory.is_of_another) && !self.is_flying() {
-            self.memory.is_planner_in_doubt = false;
-            self.forget_other_mission();
-        }
+        let is_over = std::mem::take(&mut self.memory.is_of_another) && !self.is_flying();
+        self.memory.is_planner_in_doubt &= !is_over;
+        is_over
     }
 
     /// An operator lets the mission begin or go on without what is lost.

@@ -3,6 +3,7 @@
 //!
 //! Nothing here waits or reads a clock.
 
+use domain::plan::StepId;
 use std::cell::OnceCell;
 use std::sync::Arc;
 
@@ -14,8 +15,6 @@ use domain::geometry::Ned;
 use domain::mission::{MissionOutcome, MissionReport};
 use domain::mission_clock::MissionClock;
 use domain::site::Site;
-use domain::skill::Goal;
-use domain::state::State;
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Message, Response};
 use kittiwake_proto::v1;
@@ -33,33 +32,40 @@ use crate::permits::Permits;
 use crate::vehicle::{ConfirmedState, FlightJudge, Vehicle};
 
 mod airspace;
+mod airspace_watch;
 mod alternates;
 mod conditions;
 mod contingencies;
 mod control;
 mod crash;
+mod decision;
 mod energy;
 mod ground;
 mod intake;
+mod limits;
 mod memory;
 mod narrowing;
 mod news;
 mod next_flight;
 mod operator;
+mod orders;
 pub(crate) mod persisted;
+mod places;
 mod plans;
 mod possible;
 mod progress;
+mod raise;
 mod response_way;
 mod responses;
+mod situation;
+mod start;
 mod status;
 mod steps;
-mod touchdown;
 mod unknown_flags;
 mod ways;
 
-use airspace::AirspaceWatch;
 pub(crate) use airspace::WhatMayBeEntered;
+use airspace_watch::AirspaceWatch;
 use alternates::Alternates;
 pub(crate) use alternates::Choice;
 use control::Control;
@@ -69,7 +75,7 @@ use ground::UnplannedLanding;
 use memory::Memory;
 pub(crate) use narrowing::{Barrier, NarrowedGoal};
 use news::{News, Told};
-use operator::Operator;
+use orders::Operator;
 pub(crate) use plans::PlanProgress;
 use progress::FlightWatch;
 pub(crate) use response_way::ResponseWay;
@@ -264,12 +270,6 @@ impl World {
         self.journal.decided(self.now, Entry::Said(said));
     }
 
-    /// Wants `goal` flown.
-    pub(crate) fn start_skill(&mut self, goal: Goal) -> Handle {
-        self.note_flown();
-        self.skills.start(self.now.time, goal)
-    }
-
     /// How far a skill has come; `None` once it is forgotten.
     pub(crate) fn skill_progress(&self, skill: Handle) -> Option<&Progress> {
         self.skills.progress(skill)
@@ -300,20 +300,6 @@ impl World {
         self.vehicle.is_some_and(|it| !it.flying)
     }
 
-    /// The state that plans are made from; `None` until the vehicle is known, on the ground with its battery: nothing takes off
-    /// without.
-    fn planning_state(&self) -> Option<State> {
-        let vehicle = self.vehicle.filter(|it| it.flying || it.charge.is_some())?;
-        Some(State {
-            position: vehicle.position,
-            flying: vehicle.flying,
-            mode: vehicle.mode,
-            permissions: self.enterable().into_iter().collect(),
-            charge: vehicle.charge,
-            gripper: vehicle.gripper,
-        })
-    }
-
     /// Why the mission is over, if it is.
     pub(crate) fn over(&self) -> Option<&str> {
         self.mission.over.as_ref().map(|over| over.reason.as_str())
@@ -329,14 +315,6 @@ impl World {
         if self.mission.over.is_none() || (is_crash && self.mission.report.is_none()) {
             self.mission.over = Some(Over { outcome, reason });
         }
-    }
-
-    /// Sends the effects of this wake: requests first, then messages that are only read.
-    pub(crate) fn flush(&mut self) {
-        let (now, Limits { request_timeout, skill_silence, .. }) = (self.now.time, self.limits);
-        self.skills.flush(self.now.time, self.sending(), request_timeout, &mut self.outbox);
-        self.skills.tend(now, skill_silence, request_timeout, &mut self.outbox);
-        self.planner.tend(now, request_timeout, &mut self.outbox);
     }
 
     /// Publishes the decisions of this wake.
@@ -371,5 +349,10 @@ impl World {
     pub(crate) fn deadline(&self) -> Option<Time> {
         let wishes = [self.skills.deadline(self.limits.skill_silence), self.planner.deadline(self.now.time)];
         wishes.into_iter().flatten().min()
+    }
+
+    /// The step that a permission is needed for that is asked for now.
+    pub(super) fn needed_by(&self) -> StepId {
+        self.planner.step().map_or(StepId(0), |(step, ..)| step.id)
     }
 }

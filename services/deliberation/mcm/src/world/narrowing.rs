@@ -1,24 +1,20 @@
 //! What is forbidden while flags are up, whatever is flown: the rule is [`domain::contingency::narrowing`], and everything here that
 //! chooses a way, a speed or a place asks what it says.
 
-use std::sync::Arc;
 use std::time::Duration;
 
-use domain::airspace::{Breach, Grants, Motion};
-use domain::contingency::narrowing::{Narrowing, Narrows};
-use domain::contingency::{Phase, Severity};
+use domain::airspace::{Breach, Motion};
+use domain::contingency::Phase;
+use domain::contingency::narrowing::Narrowing;
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::route::WORTH_FLYING_M;
 use domain::skill::Goal;
 use domain::speeds::Speeds;
 use domain::time::Time;
-use domain::way::FlightLimits;
 
 use super::World;
-use super::ground::SAME_SITE_M;
-use crate::journal::{CONTINGENCY, Cause, Said};
-use crate::permits::held_for;
+use crate::journal::{Cause, Said};
 
 /// What a step waits for, while flags forbid the rest of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,108 +37,6 @@ impl World {
     /// What is narrowed since the flags were taken in last.
     pub(crate) fn narrowing(&self) -> Narrowing {
         self.decision.narrowing
-    }
-
-    /// Records what is forbidden from now on, and what no longer is.
-    pub(super) fn say_narrowing(&mut self, before: Narrowing) {
-        let now = self.decision.narrowing;
-        if before == now {
-            return;
-        }
-        let here = self.vehicle.map(|it| it.position);
-        self.no_landing_at = now.no_landing_here.and(self.no_landing_at.or(here));
-        for what in Narrows::ALL {
-            match (before.by(what), now.by(what)) {
-                (None, Some(row)) => self.say_narrowed(what, row),
-                (Some(_), None) => {
-                    let text = format!("`{}` is over: no flag asks for it any more", what.name());
-                    self.record(Said::new(CONTINGENCY, DecisionKind::Note, text).led_to_by(Cause::Nothing));
-                }
-                (None, None) | (Some(_), Some(_)) => {}
-            }
-        }
-    }
-
-    /// Whether a response is under way that brings the vehicle down.
-    pub(super) fn comes_down(&self) -> bool {
-        self.actions_left().first().is_some_and(|it| Severity::Return <= it.severity)
-    }
-
-    fn say_narrowed(&mut self, what: Narrows, row: usize) {
-        let meaning = match what {
-            Narrows::NoNewArea => "no area is entered in which the vehicle is not already".to_owned(),
-            Narrows::NoLandingHere => "no landing where the vehicle is".to_owned(),
-            Narrows::Slow => format!("no faster than {:.1} m/s", self.limits.slow_speed_m_s),
-        };
-        let text = format!("`{}`: {}, {meaning}", self.flags.name(row), what.name());
-        let said = Said::new(CONTINGENCY, DecisionKind::Note, text).about(row).led_to_by(Cause::Raised(row));
-        self.record(said.taking(what.name(), meaning));
-    }
-
-    /// Speeds, heights and distances of a flight without a plan, as they are narrowed now.
-    pub(crate) fn flight_limits(&self) -> FlightLimits {
-        let flight = self.limits.flight;
-        let cruise_m_s = self.slowed(flight.speeds.cruise_m_s);
-        FlightLimits { speeds: Speeds { cruise_m_s, ..flight.speeds }, ..flight }
-    }
-
-    /// This speed over ground, or less while a flag slows the vehicle, in metres per second.
-    pub(super) fn slowed(&self, speed_m_s: f64) -> f64 {
-        match self.decision.narrowing.slow {
-            Some(_) => speed_m_s.min(self.limits.slow_speed_m_s),
-            None => speed_m_s,
-        }
-    }
-
-    /// Lets a response that brings the vehicle down, and that no landing is in reach of otherwise, enter areas whose permission is held
-    /// although a flag forbids it: what was granted counts until it expires, and to ditch or to land anywhere is worse.
-    pub(super) fn look_for_held_areas(&mut self) {
-        if !self.comes_down() {
-            self.need_held_areas(false);
-            return;
-        }
-        if self.needs_held_areas {
-            return;
-        }
-        let (held, usable) = (held_for(&self.permits().grants, self.limits.permission_margin), self.enterable());
-        let areas: Vec<String> = held.into_iter().filter(|it| !usable.contains(it)).collect();
-        if areas.is_empty() || self.landing_in_reach().is_some() {
-            return;
-        }
-        self.need_held_areas(true);
-        let Some(place) = self.landing_in_reach() else {
-            self.need_held_areas(false);
-            return;
-        };
-        let (areas, row) = (areas.join(", "), self.decision.narrowing.no_new_area);
-        let although = match row {
-            Some(row) => format!("`{}` is up", self.flags.name(row)),
-            None => "the tower has not decided about it again since the start".to_owned(),
-        };
-        let text =
-            format!("area {areas} may be entered although {although}: it is held, and else no landing can be reached");
-        let said = Said::new(CONTINGENCY, DecisionKind::Note, text);
-        let said = match row {
-            Some(row) => said.about(row).led_to_by(Cause::Raised(row)),
-            None => said.led_to_by(Cause::Response),
-        };
-        self.record(said.taking(place, "with the permissions that are held".to_owned()));
-    }
-
-    /// The permissions that a response could use from here on, also one that is not under way.
-    pub(super) fn permits_of_responses(&self) -> Grants {
-        if self.comes_down() { self.permits().to_begin() } else { self.permits().with_all_held() }
-    }
-
-    fn need_held_areas(&mut self, needs: bool) {
-        self.needs_held_areas = needs;
-        self.permits.take();
-    }
-
-    /// The flag because of which no landing may begin at `place`, if there is one.
-    pub(crate) fn landing_forbidden_by(&self, place: Ned) -> Option<&Arc<str>> {
-        let (row, at) = (self.decision.narrowing.no_landing_here?, self.no_landing_at?);
-        (place.horizontal_distance_m(at) < SAME_SITE_M).then(|| self.flags.name(row))
     }
 
     /// The goal of the present step as it may be flown now: slower, or as a hold before what flags forbid. `present`: what the
@@ -258,5 +152,27 @@ impl World {
             Some(breach) => Err(breach.to_string()),
             None => Ok(Some(Goal::Position { target, speed_limit_m_s, yaw_rad: None, hold_at_target: false })),
         }
+    }
+
+    /// The goal while there is no plan: in the direction of the step that failed, slower, and only as far as the next
+    /// border that may not be crossed; otherwise stop. `None` on the ground, but for a takeoff that the autopilot has ended and would go on with.
+    ///
+    /// The position goal holds at its target, so that a transition never ends by itself.
+    pub(crate) fn transition_goal(&self) -> Option<Goal> {
+        let vehicle = self.vehicle?;
+        if self.is_about_to_lift_off() || self.touches_in_landing() {
+            return Some(Goal::Land);
+        }
+        let here = Some(vehicle).filter(|it| it.flying)?.position;
+        let Some(Goal::Position { target, speed_limit_m_s, yaw_rad, .. }) = self.planner.interrupted_goal() else {
+            return Some(Goal::Stop);
+        };
+        let speed_m_s = self.slowed(self.limits.transition.speed_m_s.min(speed_limit_m_s));
+        let target = match self.breach_on_way(here, target, speed_m_s) {
+            Some(breach) => self.before(here, target, &breach),
+            None => Some(target).filter(|it| WORTH_FLYING_M <= here.distance_m(*it)),
+        };
+        let Some(target) = target else { return Some(Goal::Stop) };
+        Some(Goal::Position { target, speed_limit_m_s: speed_m_s, yaw_rad, hold_at_target: true })
     }
 }

@@ -7,7 +7,7 @@
 use domain::contingency::{MEMORY_UNUSABLE, MEMORY_UNWRITABLE};
 
 use super::crash::INSPECT_FIRST;
-use super::operator::{self, Operator};
+use super::orders::{self, Operator};
 use super::{Mission, SELF, World};
 
 impl World {
@@ -99,14 +99,9 @@ impl World {
     /// Flags that are up by orders, or by the manager itself, and belong to a flight that is over. Those that the monitor raises stay for
     /// as long as their condition holds.
     fn flags_of_the_last_flight(&self) -> Vec<String> {
-        let is_own = |source: &str| [operator::SOURCE, SELF].contains(&source);
+        let is_own = |source: &str| [orders::SOURCE, SELF].contains(&source);
         let of_flight = self.flags.iter().filter(|(_, flag)| flag.sources().all(is_own));
         of_flight.map(|(name, _)| name.to_owned()).collect()
-    }
-
-    /// What the monitor still lists counts for a flight that begins, also where it was answered, or taken down on the ground, before.
-    pub(super) fn count_what_is_still_listed(&mut self) {
-        self.news.of_monitor.next_flight(|name| self.flags.is_up(name));
     }
 
     /// Whether another flight has begun since this was asked last: the tree begins at its root again.

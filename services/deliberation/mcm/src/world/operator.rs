@@ -7,84 +7,28 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use domain::contingency::OPERATOR_RETURN as RETURN;
-use domain::contingency::{Clears, Then};
-use domain::contingency::{FRAME_MOVED, LEFT_TO_OTHERS};
-use domain::contingency::{OPERATOR_ABORT as ABORT, OPERATOR_LAND as LAND, OPERATOR_PAUSE as PAUSE};
+use domain::contingency::{
+    Clears, FRAME_MOVED, LEFT_TO_OTHERS, OPERATOR_ABORT as ABORT, OPERATOR_LAND as LAND, OPERATOR_PAUSE as PAUSE,
+    OPERATOR_RETURN as RETURN, Then,
+};
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::skill::Goal;
 use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
-use node::Answers;
 use v1::operator_command::Verb;
 
 use super::World;
 use super::crash::INSPECT_FIRST;
+use super::orders::{ORDERS, SOURCE};
 use crate::config::Verdict;
 use crate::journal::Said;
 
-/// The rows behind the verbs; the newest order replaces the one before it.
-const ORDERS: [&str; 4] = [ABORT, RETURN, LAND, PAUSE];
-
-/// The source of these flags.
-pub(super) const SOURCE: &str = "operator";
 /// A landing site farther from the origin than this is a typing mistake.
 const FARTHEST_M: f64 = 100_000.0;
 
 /// A vehicle on the ground this near to a place is there, in metres. (The planner's `horizontal_tolerance_m`.)
 const AT_M: f64 = 3.0;
-
-/// What operators have ordered.
-#[derive(Debug, Default)]
-pub(super) struct Operator {
-    has_started: bool,
-    landing_site: Option<Ned>,
-    overriding: Option<String>,
-    answers: Answers<v1::OperatorReply>,
-}
-
-impl Operator {
-    /// The persisted part of it.
-    pub(super) fn restored(has_started: bool, landing_site: Option<Ned>, overriding: Option<String>) -> Operator {
-        Operator { has_started, landing_site, overriding, answers: Answers::default() }
-    }
-
-    /// After the order that begins the flight after `last`: answers are remembered, so that a repeated order begins nothing again.
-    pub(super) fn of_next_flight(last: Operator) -> Operator {
-        Operator { has_started: true, answers: last.answers, ..Operator::default() }
-    }
-
-    /// The flag of an order with override.
-    pub(super) fn overriding(&self) -> Option<&str> {
-        self.overriding.as_deref()
-    }
-
-    /// Whether `flag` is that of an order with override.
-    pub(super) fn overrides(&self, flag: &str) -> bool {
-        self.overriding() == Some(flag)
-    }
-
-    /// `flag` is down, or no longer ordered.
-    pub(super) fn no_longer_overrides(&mut self, flag: &str) {
-        self.overriding = self.overriding.take().filter(|it| it != flag);
-    }
-
-    /// Whether the operator has started the mission.
-    pub(super) fn has_started(&self) -> bool {
-        self.has_started
-    }
-
-    /// The operator's landing site, for `operator_land`.
-    pub(super) fn landing_site(&self) -> Option<Ned> {
-        self.landing_site
-    }
-}
-
-/// Whether `flag` is that of an operator's order.
-pub(super) fn is_order(flag: &str) -> bool {
-    ORDERS.contains(&flag)
-}
 
 type Outcome = Result<String, String>;
 
@@ -137,16 +81,6 @@ impl World {
     /// Whether the vehicle holds by an operator's order.
     pub(super) fn is_paused(&self) -> bool {
         self.flags.get(PAUSE).is_some_and(|it| it.holds())
-    }
-
-    /// Holds for this reason until the operator resumes the mission.
-    pub(super) fn pause_for(&mut self, reason: String) {
-        self.raise(PAUSE, SOURCE, reason);
-    }
-
-    /// The operator's landing site.
-    pub(crate) fn landing_site(&self) -> Option<Ned> {
-        self.operator.landing_site()
     }
 
     fn start(&mut self, by: &str, ended: bool) -> Outcome {

@@ -18,7 +18,7 @@ use super::control::Frame;
 use super::crash::Crash;
 use super::memory::Memory;
 use super::news::{MONITOR, Told};
-use super::operator::{self, Operator};
+use super::orders::{self, Operator};
 use super::{Over, SELF, UnplannedLanding, World};
 use crate::journal::{CONTINGENCY, Cause, Said};
 
@@ -156,7 +156,7 @@ impl World {
             let text = format!("flag `{}` has no row in the table any more: not acted on", flag.name);
             return self.say("contingency", text);
         };
-        let own = |it: &String| [operator::SOURCE, SELF].contains(&it.as_str());
+        let own = |it: &String| [orders::SOURCE, SELF].contains(&it.as_str());
         if flag.sources.iter().any(|it| !own(it)) {
             flag.sources.retain(own);
             flag.sources.push(MONITOR.to_owned());

@@ -2,6 +2,7 @@
 
 use domain::decision::DecisionKind;
 use domain::mission::{MissionOutcome, ObjectiveStatus, Progress};
+use domain::state::State;
 use domain::time::Time;
 
 use super::World;
@@ -138,6 +139,20 @@ impl World {
                 self.end_mission(MissionOutcome::Failure, reasons.join("; "));
             }
         }
+    }
+
+    /// The state that plans are made from; `None` until the vehicle is known, on the ground with its battery: nothing takes off
+    /// without.
+    pub(super) fn planning_state(&self) -> Option<State> {
+        let vehicle = self.vehicle.filter(|it| it.flying || it.charge.is_some())?;
+        Some(State {
+            position: vehicle.position,
+            flying: vehicle.flying,
+            mode: vehicle.mode,
+            permissions: self.enterable().into_iter().collect(),
+            charge: vehicle.charge,
+            gripper: vehicle.gripper,
+        })
     }
 }
 

@@ -3,19 +3,18 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use domain::contingency::{Action, Clears, Moment, OPERATOR_LAND, Phase, Raised, Severity, Then};
+use domain::contingency::{Clears, OPERATOR_LAND, Phase, Severity, Then};
 use domain::decision::{DecisionKind, Rejected};
 use domain::geometry::Ned;
 use domain::mission::MissionOutcome;
-use domain::situation::{Seen, Sight, Situation};
 use domain::skill::Goal;
 use domain::time::Time;
 
 use super::control::OF_ITS_OWN;
-use super::ground::SAME_SITE_M;
-use super::operator::is_order;
+use super::orders::is_order;
+use super::places::SAME_SITE_M;
 use super::{Stay, World};
-use crate::decide::{Decision, decide};
+use crate::clients::skills::Handle;
 use crate::flags::age_s;
 use crate::journal::{CONTINGENCY, Cause, Entry, Passed, Said};
 
@@ -38,9 +37,9 @@ const MOST_REJECTED: usize = 8;
 /// The response that is under way.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ActiveResponse {
-    row: usize,
+    pub(super) row: usize,
     /// The action that is tried, and the number of its tries so far.
-    action: usize,
+    pub(super) action: usize,
     tries: u32,
     /// Failed tries of all actions.
     failures: usize,
@@ -67,58 +66,6 @@ pub(crate) enum Reset {
 }
 
 impl World {
-    /// Decides by what is believed now, and records what is new. Every leaf of this tick acts by it.
-    pub(super) fn take_decision(&mut self) {
-        let now = self.decision_now();
-        let before = std::mem::replace(&mut self.decision, now);
-        self.permits.take();
-        self.say_narrowing(before.narrowing);
-        for (row, waits) in &self.decision.waits {
-            if before.waits.get(row) != Some(waits) {
-                self.journal.decided(self.now, Entry::Waits(*row, *waits));
-            }
-        }
-    }
-
-    /// What would be decided now, as between two ticks.
-    fn decision_now(&self) -> Decision {
-        let raised: Vec<Raised> = self.raised().collect();
-        decide(self.table.rows(), &raised, Moment { situation: self.situation(), phase: self.flight_phase() })
-    }
-
-    /// The row that responds at this tick; `None`: the nominal flight continues.
-    pub(crate) fn responder(&self) -> Option<usize> {
-        self.decision.responder
-    }
-
-    /// The row that would respond now: after an order, and before the tick decides.
-    pub(crate) fn next_responder(&self) -> Option<usize> {
-        if self.flags.any_is_up() { self.decision_now().responder } else { None }
-    }
-
-    /// The situation of the vehicle.
-    pub(crate) fn situation(&self) -> Situation {
-        let skill_lands = || self.skills.present().is_some_and(|(goal, _)| goal == Goal::Land);
-        let step_lands = || self.planner.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
-        let (seen, near_ground, lands) = match self.vehicle {
-            None if self.looks_first_until().is_some() => (Seen::NotYet, false, false),
-            None => (Seen::Never, false, false),
-            Some(it) if it.flying => (Seen::InAir, it.near_ground, skill_lands()),
-            Some(_) => (Seen::OnGround, false, self.unplanned_landing.is_none() && step_lands()),
-        };
-        Situation::of(Sight { seen, near_ground, lands, over: self.mission.over.is_some() })
-    }
-
-    /// The rows whose flags are up, most urgent first.
-    pub(super) fn raised(&self) -> impl Iterator<Item = Raised> + Clone {
-        self.flags.rows_up().map(move |row| Raised {
-            row,
-            overrides: self.operator.overrides(self.flags.name(row)),
-            is_overridden: self.flags.is_overridden(row),
-            under_way: self.response.as_ref().filter(|it| it.row == row).map(|it| self.severity(it)),
-        })
-    }
-
     /// Why no objective is flown any more; `None` while the mission goes on.
     pub(super) fn ending(&self) -> Option<String> {
         if let Some(over) = &self.mission.over {
@@ -131,25 +78,6 @@ impl World {
     /// The name of the flag that is answered.
     pub(crate) fn answered_flag(&self) -> Option<&Arc<str>> {
         Some(self.flags.name(self.responder()?))
-    }
-
-    fn severity(&self, response: &ActiveResponse) -> Severity {
-        self.table.rows()[response.row].actions.get(response.action).map_or(Severity::Hold, |it| it.severity)
-    }
-
-    /// The phase of the flight. An unknown vehicle counts as in the air, on its way.
-    pub(super) fn flight_phase(&self) -> Phase {
-        let Some(vehicle) = self.vehicle else { return Phase::Cruise };
-        if !vehicle.flying {
-            return Phase::OnGround;
-        }
-        match self.skills.present().map(|(goal, _)| goal) {
-            Some(Goal::Land) => Phase::Landing,
-            Some(Goal::Takeoff { .. }) => Phase::Takeoff,
-            _ if self.airspace_watch.is_inside() => Phase::InsideArea,
-            Some(Goal::Position { .. } | Goal::Velocity { .. }) if !self.in_transition => Phase::Cruise,
-            Some(_) | None => Phase::Waiting,
-        }
     }
 
     /// The response of a row begins.
@@ -188,31 +116,10 @@ impl World {
     }
 
     /// A skill is flown; if a response is under way, by its present try.
-    pub(super) fn note_flown(&mut self) {
+    fn note_flown(&mut self) {
         if let Some(response) = &mut self.response {
             response.has_flown = true;
         }
-    }
-
-    /// Whether the response of `row` has begun and not ended.
-    pub(crate) fn is_under_way(&self, row: usize) -> bool {
-        self.response.as_ref().is_some_and(|it| it.row == row)
-    }
-
-    /// The row whose response is under way.
-    pub(super) fn response_row(&self) -> Option<usize> {
-        self.response.as_ref().map(|it| it.row)
-    }
-
-    /// The action that is flown, or tried next, and those after it; none without a response.
-    pub(super) fn actions_left(&self) -> &[Action] {
-        let left = self.response.as_ref().and_then(|it| self.table.rows()[it.row].actions.get(it.action..));
-        left.unwrap_or_default()
-    }
-
-    /// The row whose response is under way, as long as its flag is up.
-    pub(super) fn responding(&self) -> Option<usize> {
-        self.response.as_ref().map(|it| it.row).filter(|row| self.flags.row_is_up(*row))
     }
 
     /// The next try of the response is one of `action`; returns when it may begin.
@@ -473,6 +380,21 @@ impl World {
         let rested_s = || self.at_rest_since.map_or(0.0, |it| (now - it).as_secs_f64());
         let is_new = || flag().is_some_and(|it| age_s(it, now) < rested_s());
         row.phases.contains(&Phase::OnGround) && (!is_over || ((lasts() || is_new()) && !is_order(name)))
+    }
+
+    /// Wants `goal` flown.
+    pub(crate) fn start_skill(&mut self, goal: Goal) -> Handle {
+        self.note_flown();
+        self.skills.start(self.now.time, goal)
+    }
+
+    /// The response lands where the vehicle is, instead of flying elsewhere.
+    pub(crate) fn say_it_lands_at_once(&mut self) {
+        if let Some(row) = self.response_row() {
+            let flag = self.flags.name(row).clone();
+            let text = format!("`{flag}`: lands where it is: it has hardly lifted off, or touches the ground");
+            self.record(Said::new(CONTINGENCY, DecisionKind::Note, text).about(row));
+        }
     }
 }
 

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use domain::contingency::{LEFT_TO_OTHERS, Severity};
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
-use domain::plan::{PermissionNeed, Step, StepId};
+use domain::plan::{PermissionNeed, Step};
 use domain::skill::Goal;
 use domain::time::Time;
 use signed_permissions::key::PublicKey;
 
 use super::World;
-use super::operator::is_order;
+use super::orders::is_order;
 use crate::clients::permissions::Asking;
 use crate::clients::planner::Next;
 use crate::journal::{Cause, Said};
@@ -154,11 +154,6 @@ impl World {
     /// Only what this key verifies is believed from now on.
     pub(crate) fn verify_permissions_with(&mut self, key: PublicKey) {
         self.permissions.verify_with(key);
-    }
-
-    /// The step that a permission is needed for that is asked for now.
-    pub(super) fn needed_by(&self) -> StepId {
-        self.planner.step().map_or(StepId(0), |(step, ..)| step.id)
     }
 
     /// The state of the request for a permission.

@@ -1,0 +1,58 @@
+//! What raises a flag in the manager.
+
+use domain::contingency::{OPERATOR_PAUSE as PAUSE, Then};
+use domain::decision::DecisionKind;
+use domain::measured::Measured;
+
+use super::orders::SOURCE;
+use super::{SELF, World};
+use crate::journal::{CONTINGENCY, Cause, Entry, Said};
+
+impl World {
+    /// Raises a flag that has a row; of one without a row only the first event is recorded.
+    pub(super) fn raise(&mut self, name: &str, source: impl Into<String>, reason: impl Into<String>) {
+        self.raise_by(name, source, reason, None);
+    }
+
+    /// The same for a flag that is raised by a value.
+    pub(super) fn raise_by(
+        &mut self,
+        name: &str,
+        source: impl Into<String>,
+        reason: impl Into<String>,
+        measured: Option<Measured>,
+    ) {
+        match self.flags.number(name) {
+            None => {
+                if let Some(text) = self.unknown_flags.meet(name) {
+                    self.record(Said::new(CONTINGENCY, DecisionKind::Note, text).led_to_by(Cause::Nothing));
+                }
+            }
+            // The touchdown that it is about stays what it was.
+            Some(row) if self.table.rows()[row].then == Then::Crashed && self.crash.is_some() => {}
+            Some(row) => {
+                let reason = reason.into();
+                if self.flags.raise(self.now.time, row, source.into(), reason.clone(), measured) {
+                    self.journal.decided(self.now, Entry::Raised(row, reason, measured));
+                }
+            }
+        }
+    }
+
+    /// Holds for this reason until the operator resumes the mission.
+    pub(super) fn pause_for(&mut self, reason: String) {
+        self.raise(PAUSE, SOURCE, reason);
+    }
+
+    /// The transition action failed: its row takes over within this tick, before anything is sent.
+    pub(crate) fn raise_transition_failed(&mut self, why: &str) {
+        self.raise(domain::contingency::TRANSITION_FAILED, SELF, why);
+        self.take_decision();
+    }
+
+    /// The mission is over and the vehicle flies: its row brings it down.
+    pub(crate) fn raise_ended_in_air(&mut self) {
+        let reason = self.over().unwrap_or_default().to_owned();
+        self.raise(domain::contingency::ENDED_IN_AIR, SELF, format!("over in the air: {reason}"));
+    }
+}
