@@ -625,7 +625,7 @@ fn a_skill_that_is_given_up_before_its_id_is_known_is_cancelled_when_it_comes() 
     rig.flag("obstacle", true);
     assert_eq!(rig.story(), "replan after 0 () []\nstart fly 0 80 10\nstart stop");
     // The first request is refused and the stop is accepted: nothing is left to cancel.
-    let refusal = v1::SkillReply { skill_id: 0, refusal: "busy".into(), ..Default::default() };
+    let refusal = v1::SkillReply { skill_id: 0, refusal: "busy".into() };
     rig.answer(|it| matches!(it, Request::Skill(_)).then(|| Ok(Response::Skill(refusal.clone()))));
     rig.execute();
     assert_eq!(rig.story(), "");

@@ -21,7 +21,7 @@ pub(super) struct Operator {
 }
 
 impl Operator {
-    /// The persisted part of it.
+    /// Its persisted part.
     pub(super) fn restored(has_started: bool, landing_site: Option<Ned>, overriding: Option<String>) -> Operator {
         Operator { has_started, landing_site, overriding, answers: Answers::default() }
     }
