@@ -262,13 +262,9 @@ mod tests {
     fn somebody_else_flies_by_what_the_backend_says_or_in_a_mode_that_is_never_commanded() {
         #[track_caller]
         fn check(armed: bool, commanded_by_other: bool, intended: Option<FlightMode>, expected: bool) {
-            let status = v1::VehicleStatus {
-                armed,
-                commanded_by_other,
-                intended_mode: intended.map_or(v1::FlightMode::Unspecified, Into::into) as i32,
-                ..Default::default()
-            };
-            assert_eq!(Status::from(status).is_flown_by_other(), expected, "{intended:?}");
+            let status = Status::from(kittiwake_proto::v1::VehicleStatus::default());
+            let status = Status { armed, commanded_by_other, intended, ..status };
+            assert_eq!(status.is_flown_by_other(), expected, "{intended:?}");
         }
         use FlightMode::{Land, Loiter, Offboard, Return, Takeoff};
         for mode in [Loiter, Takeoff, Land, Offboard] {

@@ -96,7 +96,7 @@ impl Control {
         };
         let mode = status.intended.map_or_else(|| "one without a name here".to_owned(), |it| it.to_string());
         let words = if words.is_empty() { String::new() } else { format!(": {words}") };
-        self.who = Who::Other(format!("{how}, {mode}{words}"));
+        self.who = Who::Other(format!("{how}: {mode}{words}"));
         self.other()
     }
 

@@ -145,7 +145,8 @@ impl Bridge {
         flown.authority.update(&flown.vehicle, flown.personality.as_ref(), now.time);
         flown.adopt(has_setpoint, now.time);
         if let Some((id, result)) = result {
-            self.answer(id, result, effects);
+            self.answered.remember(id, result.clone());
+            effects.push(answer(id, result));
         }
         says.extend(flown.stop_without_setpoints(has_setpoint, now.time).map(Said::Setpoint));
         says.extend(flown.groom(now.time));

@@ -40,7 +40,7 @@ const BUFFER: usize = 16 * 1024;
 const TLS_BUFFER: usize = 4 * 1024;
 
 /// Answers on `listener` until `shutdown` completes; open event streams are then ended. Connections are
-/// encrypted with `tls`, if there is any. Whether tokens are taken away is for others to notice (`token_watch`); the seats of their
+/// encrypted with `tls`, if there is any. Whether tokens are taken away is for others to notice (`file_watch`); the seats of their
 /// holders are given back here.
 ///
 /// Neither the argument nor the result is generic: each caller would compile the HTTP server again.

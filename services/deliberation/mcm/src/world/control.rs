@@ -92,7 +92,10 @@ impl World {
         if by_other {
             // Also while control is being taken back: somebody has taken it again.
             self.control.taking = None;
-            return self.told_who_flies(reason.to_owned());
+            if !self.is_other_reported() {
+                self.told_who_flies(reason.to_owned());
+            }
+            return;
         }
         (self.control.pre_empted_at, self.control.flew_by_itself) = (self.now.time, true);
         self.raise(AUTOPILOT_PREEMPTS, SELF, reason);

@@ -79,7 +79,7 @@ fn requests_are_refused_until_an_operator_takes_control_back() {
         let reply = rig.ask(goal, WhenBusy::Replace, 0);
         assert!(reply.refusal.contains("until an operator orders"), "{reply:?}");
     }
-    assert_eq!(rig.other, "somebody else has chosen the mode, one without a name here");
+    assert_eq!(rig.other, "somebody else has chosen the mode: one without a name here");
     // A backend that was started again does not know any more: nothing changes.
     (rig.autopilot.other, rig.autopilot.intended) = (false, FlightMode::Loiter);
     rig.run(5.0);

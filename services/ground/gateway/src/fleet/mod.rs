@@ -236,6 +236,7 @@ impl VehicleState {
             Message::Heartbeat(heartbeat) => self.processes.on_heartbeat(now, heartbeat),
             // Not subscribed to: the monitor's aggregate contains these data, and no operator reads timing marks.
             Message::McmTiming(_)
+            | Message::SkillControl(_)
             | Message::GroundContact(_)
             | Message::VehicleCommand(_)
             | Message::OffboardControlMode(_)
