@@ -61,7 +61,6 @@ pub(super) mod tests {
             flag: format!("flag_{priority}"),
             priority,
             group: None,
-            raise: None,
             when: None,
             phases: phases.iter().copied().collect(),
             actions: vec![action],

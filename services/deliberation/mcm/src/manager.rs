@@ -168,14 +168,7 @@ impl Node for Mcm {
     }
 
     fn subscriptions(&self) -> &'static [Topic] {
-        &[
-            Topic::Introspection,
-            Topic::FlagEvent,
-            Topic::SkillEvent,
-            Topic::SkillFeedback,
-            Topic::PermissionLedger,
-            Topic::PlannerStatus,
-        ]
+        &[Topic::Introspection, Topic::SkillEvent, Topic::SkillFeedback, Topic::PermissionLedger, Topic::PlannerStatus]
     }
 
     fn serves(&self) -> &'static [Service] {

@@ -1,14 +1,16 @@
 //! Flags: what raises them, and what is recorded about them.
 
 use domain::contingency::{INTROSPECTION_LOST, Then};
-use domain::decision::DecisionKind;
 use domain::measured::{Measured, Unit};
 use domain::time::Time;
 use kittiwake_proto::topics::Topic;
 
-use super::unknown_flags::shortened;
+use super::news::MONITOR;
 use super::{SELF, World};
-use crate::journal::{CONTINGENCY, Cause, Decision, Said};
+use crate::journal::Decision;
+
+/// Of a name that has no row, which may be as long as a message.
+const MOST_CHARACTERS: usize = 64;
 
 impl World {
     /// Takes in the monitor's messages since the last tick: the newest introspection, and flags. Returns when the
@@ -27,12 +29,12 @@ impl World {
         for flag in self.news.take_flags() {
             if self.flags.number(&flag.name).is_none() {
                 // Counted with what the heartbeat calls malformed: a name that nobody knows cannot be acted on.
-                self.outbox.refuse(Topic::FlagEvent, format_args!("flag `{}` has no row", shortened(&flag.name)));
-            }
-            if flag.raised {
-                self.raise_by(&flag.name, flag.source, flag.reason, flag.measured);
+                let name: String = flag.name.chars().take(MOST_CHARACTERS).collect();
+                self.outbox.refuse(Topic::Introspection, format_args!("flag `{name}` has no row"));
+            } else if flag.raised {
+                self.raise_by(&flag.name, MONITOR, flag.reason, flag.measured);
             } else {
-                self.flags.condition_gone(&flag.name, &flag.source);
+                self.flags.condition_gone(&flag.name, MONITOR);
             }
         }
         self.watch_control();
@@ -67,7 +69,7 @@ impl World {
         None
     }
 
-    /// Raises a flag that has a row; of one without a row only the first event is recorded.
+    /// Raises a flag that has a row.
     pub(super) fn raise(&mut self, name: &str, source: impl Into<String>, reason: impl Into<String>) {
         self.raise_by(name, source, reason, None);
     }
@@ -81,11 +83,7 @@ impl World {
         measured: Option<Measured>,
     ) {
         match self.flags.number(name) {
-            None => {
-                if let Some(text) = self.unknown_flags.meet(name) {
-                    self.record(Said::new(CONTINGENCY, DecisionKind::Note, text).led_to_by(Cause::Nothing));
-                }
-            }
+            None => {}
             // The touchdown that it is about stays what it was.
             Some(row) if self.table.rows()[row].then == Then::Crashed && self.crash.is_some() => {}
             Some(row) => {

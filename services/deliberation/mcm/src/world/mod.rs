@@ -54,7 +54,6 @@ mod responses;
 mod status;
 mod steps;
 mod touchdown;
-mod unknown_flags;
 mod ways;
 
 use airspace::AirspaceWatch;
@@ -77,7 +76,6 @@ use responses::ActiveResponse;
 pub(crate) use responses::{Reset, Waits};
 pub(crate) use status::Reporter;
 pub(crate) use steps::NextStep;
-use unknown_flags::UnknownFlags;
 pub(crate) use ways::{Stay, WayOut};
 
 /// The source of flags that the manager raises itself.
@@ -97,7 +95,6 @@ pub(crate) struct World {
     flight: FlightJudge,
     confirmed: ConfirmedState,
     flags: Flags,
-    unknown_flags: UnknownFlags,
     skills: Skills,
     planner: Planner,
     permissions: Permissions,
@@ -189,7 +186,6 @@ impl World {
             now: Now::default(),
             limits,
             flags: Flags::of(&table),
-            unknown_flags: UnknownFlags::default(),
             table: Arc::new(table),
             library,
             news: News::default(),
