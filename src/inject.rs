@@ -40,13 +40,7 @@ fn flag(name: &str, raised: bool, target: &TargetArgs) -> Outcome {
         output::error_line(unknown);
         return Outcome::BadInput;
     }
-    let flag = FlagEvent {
-        name: name.to_owned(),
-        raised,
-        source: "injector".into(),
-        reason: "by hand".into(),
-        ..Default::default()
-    };
+    let flag = FlagEvent { name: name.to_owned(), raised, reason: "by hand".into(), ..Default::default() };
     let mut injector = Injector::new(Task::Flag(flag));
     told(run(&mut injector, &target))
 }
@@ -123,7 +117,7 @@ pub struct Injector {
 }
 
 impl Injector {
-    /// Sends a flag once the mission manager is there.
+    /// Sends a flag once the monitor is there.
     pub fn flag(flag: FlagEvent) -> Injector {
         Injector::new(Task::Flag(flag))
     }
@@ -135,7 +129,7 @@ impl Injector {
     /// The vehicle of the message.
     fn receiver(&self) -> &'static str {
         match self.task {
-            Task::Flag(_) => "mcm",
+            Task::Flag(_) => "monitor",
             Task::Fault(_) => "vehicle-sim",
         }
     }

@@ -61,7 +61,7 @@ fn batches(time: Duration) -> u64 {
 fn send(locator: &str, rate_hz: u32, total: u64, event: impl Fn(u64) -> (String, bool)) {
     let event = |number| {
         let (name, raised) = event(number);
-        FlagEvent { name, raised, source: "flood".into(), reason: STORM.into(), ..Default::default() }
+        FlagEvent { name, raised, reason: STORM.into(), ..Default::default() }
     };
     let mut flood = Flood::new(rate_hz, total, event);
     if let Err(cause) = Process::of(&mut flood, &link(locator)).run(&Stop::new()) {

@@ -219,7 +219,7 @@ struct Index<'a> {
     wakes: Vec<Wake<'a>>,
     /// When ends of skills were published, by trace.
     skill_ends: HashMap<&'a str, Vec<u64>>,
-    /// When a flag was raised, by trace and name.
+    /// When the monitor first listed a flag, by trace and name.
     flags: HashMap<(&'a str, &'a str), u64>,
     /// Publication and id of commands, by trace.
     commands: HashMap<&'a str, Vec<(u64, u64)>>,
@@ -249,8 +249,10 @@ impl<'a> Index<'a> {
                 Message::SkillEvent(event) if event.state() == SkillState::Ended && !trace.is_empty() => {
                     it.skill_ends.entry(trace).or_default().push(*published_ns);
                 }
-                Message::FlagEvent(event) if event.raised => {
-                    it.flags.insert((trace, &event.name), *published_ns);
+                Message::Introspection(list) if list.flags_changed => {
+                    for flag in &list.flags {
+                        it.flags.entry((trace, &flag.name)).or_insert(*published_ns);
+                    }
                 }
                 Message::VehicleCommand(command) if !trace.is_empty() => {
                     it.commands.entry(trace).or_default().push((*published_ns, command.id));
@@ -292,7 +294,7 @@ fn seconds(from_ns: u64, to_ns: u64) -> f64 {
 mod tests {
     use super::*;
     use kittiwake_proto::v1::NodeStatus::Idle;
-    use kittiwake_proto::v1::{FlagEvent, SkillEvent, VehicleCommand, VehicleCommandAck};
+    use kittiwake_proto::v1::{Introspection, RaisedFlag, SkillEvent, VehicleCommand, VehicleCommandAck};
 
     fn tapped(message: impl Into<Message>, published_ns: u64, trace: &str) -> Tapped {
         let (vehicle, trace) = ("uav1".into(), trace.to_owned());
@@ -367,7 +369,8 @@ mod tests {
             leaf("table/flag_02/BeginResponse", Idle, Success, 1012),
             leaf("table/flag_02/respond to flag_02/stop/Stop", Idle, Running, 1025),
         ];
-        let raised = FlagEvent { name: "flag_02".into(), raised: true, ..Default::default() };
+        let flag = RaisedFlag { name: "flag_02".into(), ..Default::default() };
+        let raised = Introspection { flags: vec![flag], flags_changed: true, ..Default::default() };
         let wake = wake(1000, SkillKind::Stop, &changes);
         let heard = [[tapped(raised, 900, "t")].as_slice(), &wake].concat();
         let expected = Reaction { flag: "flag_02".into(), tick_to_action_s: 20e-9, felt: None };

@@ -122,7 +122,7 @@ fn rank_of_histogram(counts: &[u64], share: f64) -> Option<f64> {
 pub(crate) fn text(it: &Disturbed) -> String {
     let mut out = format!(
         "\n{}; load average {:.1} before; tick period {TICK_MS} ms\n\n\
-         From the flag, published by the injector, to the loiter command, received by the vehicle, in milliseconds; a tick, in\n\
+         From the flag, published by the monitor, to the loiter command, received by the vehicle, in milliseconds; a tick, in\n\
          microseconds, at most\n{:<28}{:>6}{:>9}{:>9}{:>9}{:>12}\n",
         it.machine, it.load_before, "  meanwhile", "n", "p50", "p99", "max", "tick p99"
     );
@@ -140,8 +140,8 @@ pub(crate) fn text(it: &Disturbed) -> String {
 
 /// One of a few flags that are in no contingency table.
 fn unknown_flag(number: u64) -> FlagEvent {
-    let (source, reason) = ("flood".to_owned(), "measurement".to_owned());
-    FlagEvent { name: format!("unheard_of_{}", number % 10), raised: true, source, reason, ..Default::default() }
+    let name = format!("unheard_of_{}", number % 10);
+    FlagEvent { name, raised: true, reason: "measurement".to_owned(), ..Default::default() }
 }
 
 #[cfg(test)]

@@ -76,6 +76,5 @@ impl Node for Injector {
 }
 
 fn event_of(name: String, raised: bool) -> Effect {
-    let (source, reason) = ("injector".to_owned(), "measurement".to_owned());
-    Effect::publish(FlagEvent { name, raised, source, reason, ..Default::default() })
+    Effect::publish(FlagEvent { name, raised, reason: "measurement".to_owned(), ..Default::default() })
 }

@@ -89,11 +89,5 @@ pub(crate) fn measure(
 }
 
 fn pause(raised: bool) -> Injector {
-    Injector::flag(FlagEvent {
-        name: PAUSE.to_owned(),
-        raised,
-        source: "injector".into(),
-        reason: "measurement".into(),
-        ..Default::default()
-    })
+    Injector::flag(FlagEvent { name: PAUSE.to_owned(), raised, reason: "measurement".into(), ..Default::default() })
 }

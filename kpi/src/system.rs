@@ -30,12 +30,13 @@ pub(crate) fn processes(onboard: Option<Composition>) -> Vec<Child> {
     Child::of_services(&Backend::Sim.services(), onboard)
 }
 
-/// Topics from which transitions and reactions are put together: a few dozen messages a second.
+/// Topics from which transitions and reactions are put together.
 pub(crate) const DECISIONS: &[Topic] = &[
     Topic::McmTiming,
     Topic::McmStatus,
     Topic::SkillEvent,
     Topic::FlagEvent,
+    Topic::Introspection,
     Topic::VehicleCommand,
     Topic::VehicleCommandAck,
 ];

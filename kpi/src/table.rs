@@ -107,7 +107,7 @@ fn felt(it: &Measured, out: &mut String) {
     let _ = writeln!(
         out,
         "\nFelt, in milliseconds: skill result published -> next command received by the vehicle;\n\
-         flag published by the injector -> loiter command received by the vehicle\n{:<20}{HEAD}   p50 / floor",
+         flag published by the monitor -> loiter command received by the vehicle\n{:<20}{HEAD}   p50 / floor",
         "  tick"
     );
     let row = |label: String, samples: &[f64], out: &mut String| {

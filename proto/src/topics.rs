@@ -137,9 +137,9 @@ topics! {
     SkillControl "skill/control" Transition;
     /// 10 Hz while a skill executes.
     SkillFeedback "skill/feedback" State;
-    /// 100 Hz.
+    /// 100 Hz, and at once when a flag rises or falls.
     Introspection "monitor/introspection" Sampled;
-    /// A flag rose or fell; published by the monitor, and by the injector by hand.
+    /// A flag is raised or lowered by hand: by tests, measurements and the operators of a simulation.
     FlagEvent "monitor/flag" Transition;
     /// What the control tower has decided.
     PermissionLedger "permission/ledger" Transition;
@@ -159,11 +159,15 @@ topics! {
     GroundContact "ground/contact" Transition;
 }
 
-impl Topic {
-    /// Whether its messages are events that others act on: an event without a traced cause begins
+impl Message {
+    /// Whether it is an event that others act on: an event without a traced cause begins
     /// a trace, so that what follows from it can be distinguished.
-    pub const fn begins_trace(self) -> bool {
-        matches!(self, Topic::FlagEvent | Topic::SkillEvent | Topic::PermissionLedger)
+    pub fn begins_trace(&self) -> bool {
+        match self {
+            Message::FlagEvent(_) | Message::SkillEvent(_) | Message::PermissionLedger(_) => true,
+            Message::Introspection(it) => it.flags_changed,
+            _ => false,
+        }
     }
 }
 

@@ -311,9 +311,8 @@ impl Simulation<'_> {
     /// Raises a flag by hand.
     pub fn inject_flag(&mut self, name: &str) {
         let reason = "by hand".to_owned();
-        let source = "injector".to_owned();
         self.seen.borrow_mut().ordered_to_land_here(name);
-        let flag = v1::FlagEvent { name: name.to_owned(), raised: true, source, reason, ..Default::default() };
+        let flag = v1::FlagEvent { name: name.to_owned(), raised: true, reason, ..Default::default() };
         self.bus.publish(VEHICLE, flag);
     }
 
@@ -395,8 +394,7 @@ impl Simulation<'_> {
 
     /// Takes down a flag raised by hand.
     pub fn lower_flag(&mut self, name: &str) {
-        let source = "injector".to_owned();
-        self.bus.publish(VEHICLE, v1::FlagEvent { name: name.to_owned(), source, ..Default::default() });
+        self.bus.publish(VEHICLE, v1::FlagEvent { name: name.to_owned(), ..Default::default() });
     }
 
     /// Whether the mission manager says that this flag is up.

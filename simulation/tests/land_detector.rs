@@ -10,7 +10,7 @@ use simulation::Simulation;
 use crate::stories::support::{each, sample, simulation};
 
 const LIMIT: Duration = Duration::from_secs(2400);
-const CONTRADICTS: &str = "flag `land_detector_contradicts` raised: the land detector has been reported against motors";
+const CONTRADICTS: &str = "flag `land_detector_contradicts` raised: the land detector is reported against motors";
 
 /// A detector that is stuck at the ground, frozen there, or silent, each from before the takeoff.
 const HIDES_THE_FLIGHT: [(&str, &str); 3] =

@@ -105,7 +105,7 @@ fn words(kind: &str, it: &Value) -> String {
         }
         "flag" => {
             let verb = if it["raised"] == true { "raised" } else { "cleared" };
-            format!("flag: `{}` {verb} by {}{}", text(&it["name"]), text(&it["source"]), why(it))
+            format!("flag: `{}` {verb}{}", text(&it["name"]), why(it))
         }
         "permission" => {
             format!("permission: area {} {}{}", text(&it["area"]), word(&it["state"], "PERMISSION_STATE_"), why(it))
@@ -151,11 +151,7 @@ mod tests {
             json!({ "missionTimeS": 12.34, "topic": "plan", "text": "plan 2" }),
             "[   12.3 s] plan: plan 2",
         );
-        check(
-            "flag",
-            json!({ "name": "wind", "raised": true, "source": "monitor", "reason": "8 m/s" }),
-            "flag: `wind` raised by monitor: 8 m/s",
-        );
+        check("flag", json!({ "name": "wind", "raised": true, "reason": "8 m/s" }), "flag: `wind` raised: 8 m/s");
         check(
             "skill",
             json!({ "kind": "SKILL_KIND_LAND", "state": "SKILL_STATE_EXECUTE", "outcome": "SKILL_OUTCOME_UNSPECIFIED" }),

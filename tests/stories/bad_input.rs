@@ -161,8 +161,10 @@ fn a_contingency_table_with_a_mistake() {
         "\"return_home",
         &["`energy_short` brings the vehicle down, and its emergency action `return_home` may be refused"],
     );
-    let (rule, wrong) = ("{ fact = \"below\", value", "{ fact = \"below\", valu");
-    check(file, rule, wrong, "{ fact", &["unknown field `valu`", "`value`"]);
+    let rule = "when = \"planner.silent_s >= 60 s\"\n";
+    let former = "raise = { fact = \"stale\", source = \"planner\", after_s = 60.0, during = \"flying\" }\n";
+    let expected = ["`raise` is the former form of a row", "write in its place: when = \"planner.silent_s >= 60 s\""];
+    check(file, rule, former, "{ fact", &expected);
     let (rule, wrong) = ("\"clock.step_s > 1 s\"", "\"clock.step_s > 1 m\"");
     check(file, rule, wrong, "clock.step_s > 1 m", &["s and m are compared, expected two values of one unit"]);
     let wrong = "\"clock.stpe_s > 1 s\"";

@@ -27,8 +27,7 @@ pub fn stranger(locator: &str) -> Session {
 
 /// Raises or lowers a flag of uav1 by hand, from here: a process of its own starts late on a busy machine.
 pub fn say_flag(session: &Session, name: &str, raised: bool) {
-    let event =
-        FlagEvent { name: name.into(), raised, source: "test".into(), reason: "by hand".into(), ..Default::default() };
+    let event = FlagEvent { name: name.into(), raised, reason: "by hand".into(), ..Default::default() };
     let key = format!("kw/uav1/{}", Topic::FlagEvent.key());
     session.put(key, event.encode_to_vec()).congestion_control(CongestionControl::Block).wait().unwrap();
 }

@@ -140,7 +140,7 @@ fn each_of_twenty_changed_tables_and_trees_is_refused_and_the_place_is_said() {
     let row = |flag: &str, from: &str, to: &str| row_with(Files::shipped(), flag, from, to);
     let tree = |from: &str, to: &str| Files::shipped().with("trees/actions.xml", from, to);
     let twin = "emergency = \"stop\"\nclears = \"with-condition\"\nthen = \"resume\"\n\n[[contingency]]\nflag = \"battery_quiet\"\n\
-                priority = 300\nraise = { fact = \"stale\", source = \"battery\", after_s = 2.0, during = \"always\" }\n\
+                priority = 300\nwhen = \"battery.silent_s >= 2 s\"\n\
                 actions = [\"stop\", \"hold_position\"]\nemergency = \"stop\"\nclears = \"with-condition\"\n";
     let lands = "<BehaviorTree ID=\"land_now\">\n    <Land/>";
     let returns = "<FlyHome/>\n      <Land/>";

@@ -102,13 +102,14 @@ fn number_of(session: &Session, place: usize) -> u64 {
     u64::from_le_bytes([a, b, c, d, e, f, g, h]).wrapping_add(place as u64).max(1)
 }
 
-/// The trace that a message of `topic` belongs to; empty: none. Telemetry is not traced.
-pub(crate) fn parent_of(topic: Topic) -> String {
-    if topic.qos().keeps_newest_only() {
+/// The trace that a message belongs to; empty: none. Telemetry is not traced, unless others act on it.
+pub(crate) fn parent_of(message: &Message) -> String {
+    let (topic, begins) = (message.topic(), message.begins_trace());
+    if topic.qos().keeps_newest_only() && !begins {
         return String::new();
     }
     let present = trace::current();
-    let begun = || topic.begins_trace().then(|| trace::span(topic.key(), None).in_scope(trace::current)).flatten();
+    let begun = || begins.then(|| trace::span(topic.key(), None).in_scope(trace::current)).flatten();
     present.or_else(begun).unwrap_or_default()
 }
 

@@ -243,7 +243,7 @@ impl Seat<'_> {
 
     /// To the other nodes of this process first: they act next.
     fn publish(&mut self, vehicle: Option<VehicleId>, message: &Message) -> Result<(), BusError> {
-        let traceparent = outbox::parent_of(message.topic());
+        let traceparent = outbox::parent_of(message);
         self.neighbours.publish(vehicle.as_ref(), message, &traceparent);
         self.outbox.publish(vehicle, message, traceparent, &mut self.links)
     }

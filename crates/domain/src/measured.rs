@@ -2,7 +2,6 @@
 
 use std::fmt;
 
-use crate::contingency::rule::Quantity;
 use crate::contingency::unit as rules;
 
 /// The unit of a value that is told to others.
@@ -104,21 +103,6 @@ impl TryFrom<rules::Unit> for Unit {
             (rules::Unit::SECOND, Unit::Second),
         ];
         units.into_iter().find(|it| it.0 == unit).map(|it| it.1).ok_or(unit)
-    }
-}
-
-impl From<Quantity> for Unit {
-    fn from(quantity: Quantity) -> Unit {
-        match quantity {
-            Quantity::BatteryRemaining => Unit::Ratio,
-            Quantity::BatteryVoltage => Unit::Volt,
-            Quantity::BatteryTemperature => Unit::Celsius,
-            Quantity::HorizontalAccuracy | Quantity::VerticalAccuracy | Quantity::Height | Quantity::DistanceHome => {
-                Unit::Metre
-            }
-            Quantity::GroundSpeed | Quantity::TouchdownSpeed => Unit::MetrePerSecond,
-            Quantity::Tilt => Unit::Radian,
-        }
     }
 }
 

@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::contingency::{BRING_DOWN, REQUIRED, REQUIRED_RULES, SOMEBODY_ELSE_FLIES};
+use crate::contingency::snapshot::Kind;
+use crate::contingency::{BRING_DOWN, REQUIRED, REQUIRED_FIELDS, SOMEBODY_ELSE_FLIES};
 use crate::file::Mistakes;
 
 /// The energy model of the shipped configuration, as a file has it.
@@ -48,16 +49,18 @@ pub fn table(rows: &str) -> String {
              emergency = \"{action}\"\nclears = \"after-action\"\nthen = \"{then}\"\n{more}"
         );
     }
-    let unwatched = REQUIRED_RULES.iter().enumerate().filter(|(_, (rule, _))| !rows.contains(rule));
-    for (number, (rule, _)) in unwatched {
+    let unwatched = REQUIRED_FIELDS.iter().filter(|it| !rows.contains(it.name()));
+    for (field, priority) in unwatched.zip(2000..) {
         // So late that no test meets it.
-        let limit = if rule.contains("stale") { "after_s" } else { "for_s" };
-        let priority = 2000 + number;
+        let name = field.name();
+        let (when, hold_s) = match field.kind() {
+            Kind::Number { .. } => (format!("{name} >= 3600 s"), 0.0),
+            Kind::Choice(_) => (format!("known({name}) and {name}"), 3600.0),
+        };
         let _ = writeln!(
             text,
-            "[[contingency]]\nflag = \"watched_{number}\"\npriority = {priority}\n\
-             raise = {{ {rule}, {limit} = 3600.0, during = \"flying\" }}\nactions = [\"stop\"]\n\
-             emergency = \"stop\"\nclears = \"with-condition\"\nthen = \"resume\""
+            "[[contingency]]\nflag = \"watched_{priority}\"\npriority = {priority}\nwhen = \"{when}\"\nfor_s = {hold_s:?}\n\
+             during = \"flying\"\nactions = [\"stop\"]\nemergency = \"stop\"\nclears = \"with-condition\"\nthen = \"resume\""
         );
     }
     text + "[action.yield_control]\nseverity = \"yield\"\ntries = 1\nlimit_s = 1.0\n"

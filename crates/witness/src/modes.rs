@@ -35,6 +35,8 @@ pub struct Modes {
     changes: u32,
     causes: u32,
     permissions: BTreeMap<String, v1::PermissionState>,
+    /// Flags that are up, each with the number of its rise.
+    up: BTreeMap<String, u64>,
     /// Objective and number of the step.
     steps: BTreeSet<(u32, u32)>,
     armed_from: Option<Time>,
@@ -50,7 +52,14 @@ impl Modes {
     /// A message passes by at this time.
     pub fn take_in(&mut self, at: Time, message: &Message) {
         match message {
-            Message::FlagEvent(_) => self.causes += 1,
+            Message::Introspection(it) => {
+                let up: BTreeMap<_, _> = it.flags.iter().map(|it| (it.name.clone(), it.rise)).collect();
+                let changed = |of: &BTreeMap<String, u64>, other: &BTreeMap<String, u64>| {
+                    of.iter().filter(|(name, rise)| other.get(*name) != Some(*rise)).count()
+                };
+                self.causes += (changed(&up, &self.up) + changed(&self.up, &up)) as u32;
+                self.up = up;
+            }
             Message::PermissionLedger(it) => {
                 for permission in &it.permissions {
                     let before = self.permissions.insert(permission.area.clone(), permission.state());

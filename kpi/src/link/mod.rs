@@ -66,7 +66,7 @@ pub(crate) fn measure(program: &Path, config: &Path, vehicle: &str) -> Result<Me
     let rig = Rig::start(program, config, vehicle, 1)?;
     let (ground_tap, ground) = tap(&rig.ground, Scope::Fleet, &[Topic::Introspection])?;
     let scope = Scope::Vehicle(vehicle.to_owned());
-    let (board_tap, board) = tap(&rig.on_board, scope, &[Topic::GroundContact, Topic::FlagEvent])?;
+    let (board_tap, board) = tap(&rig.on_board, scope, &[Topic::GroundContact, Topic::Introspection])?;
     let stop = Stop::new();
     let speaker = speak(&rig.ground, vehicle, &stop);
     wait(&ground, |_| Some(()))?;
@@ -82,7 +82,7 @@ pub(crate) fn measure(program: &Path, config: &Path, vehicle: &str) -> Result<Me
     let cut = monotonic_ns();
     rig.proxy.cut(&[Direction::Down, Direction::Up]);
     let lost = wait(&board, |it| match &it.message {
-        Message::FlagEvent(flag) if flag.name == "link_lost" && flag.raised => Some(it.received_ns),
+        Message::Introspection(list) if list.flags.iter().any(|it| it.name == "link_lost") => Some(it.received_ns),
         _ => None,
     })?;
     let left = CUT.saturating_sub(Duration::from_nanos(monotonic_ns().saturating_sub(cut)));

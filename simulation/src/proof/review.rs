@@ -5,9 +5,9 @@
 
 use std::time::Duration;
 
-use domain::contingency::rule::{Condition, DataSource, During, Quantity};
 use domain::contingency::snapshot::Field;
-use domain::contingency::{Clears, Contingencies, Phase, Row, Rule, Severity};
+use domain::contingency::when::During;
+use domain::contingency::{Clears, Contingencies, Phase, Row, Severity};
 
 /// Something wrong with a row.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,7 +41,7 @@ fn of_row(rows: &[Row], index: usize, row: &Row) -> Vec<Remark> {
     }
     // A row that holds may be there to be shown, and for what it narrows.
     let is_shown_only = row.severity() == Severity::Hold;
-    if trigger(row).is_some_and(|it| it.during == During::Flying)
+    if row.when.as_ref().is_some_and(|it| it.during == During::Flying)
         && row.phases.iter().eq([&Phase::OnGround])
         && !is_shown_only
     {
@@ -70,7 +70,7 @@ fn of_row(rows: &[Row], index: usize, row: &Row) -> Vec<Remark> {
 fn are_alike(a: &Row, b: &Row) -> bool {
     let same_trigger = match (trigger(a), trigger(b)) {
         (Some(of_a), Some(of_b)) => of_a == of_b,
-        _ => a.is_watched() && (&a.raise, &a.when) == (&b.raise, &b.when),
+        _ => a.is_watched() && a.when == b.when,
     };
     let trees = |row: &Row| row.actions.iter().map(|it| it.tree.clone()).collect::<Vec<_>>();
     same_trigger && trees(a) == trees(b) && !a.phases.is_disjoint(&b.phases)
@@ -89,19 +89,10 @@ fn hides(other: &Row, row: &Row) -> bool {
         && order(row) < order(other)
 }
 
-/// What a threshold or a limit is on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Subject {
-    Quantity(Quantity),
-    Field(Field),
-    Condition(Condition),
-    Silence(DataSource),
-}
-
 /// What raises a row, where that can be compared with another row's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Trigger {
-    subject: Subject,
+    field: Field,
     above: bool,
     level: f64,
     hold: Duration,
@@ -117,7 +108,7 @@ impl Trigger {
             During::Armed => 1,
             During::Flying => 2,
         };
-        self.subject == earlier.subject
+        self.field == earlier.field
             && self.above == earlier.above
             && is_beyond
             && earlier.hold <= self.hold
@@ -126,52 +117,16 @@ impl Trigger {
 }
 
 fn trigger(row: &Row) -> Option<Trigger> {
-    if let Some(when) = &row.when {
-        let threshold = when.raises.threshold()?;
-        let subject = Subject::Field(threshold.field);
-        let (above, level) = (threshold.above, threshold.value);
-        return Some(Trigger { subject, above, level, hold: when.hold, during: when.during });
-    }
-    Some(match row.raise? {
-        Rule::Below { value, threshold, for_s, during, .. } => of_quantity(value, false, threshold, for_s, during),
-        Rule::Above { value, threshold, for_s, during, .. } => of_quantity(value, true, threshold, for_s, during),
-        Rule::Reported { condition, for_s, during } => {
-            let subject = Subject::Condition(condition);
-            Trigger { subject, above: true, level: 0.0, hold: Duration::from_secs_f64(for_s), during }
-        }
-        Rule::Stale { source, after_s, during } => {
-            let subject = Subject::Silence(source);
-            Trigger { subject, above: true, level: after_s.get(), hold: Duration::ZERO, during }
-        }
-    })
+    let when = row.when.as_ref()?;
+    let threshold = when.raises.threshold()?;
+    let (field, above, level) = (threshold.field, threshold.above, threshold.value);
+    Some(Trigger { field, above, level, hold: when.hold, during: when.during })
 }
 
-fn of_quantity(value: Quantity, above: bool, threshold: f64, for_s: f64, during: During) -> Trigger {
-    // The same thing by two names: as a share, and in percent.
-    let (subject, level) = match value {
-        Quantity::BatteryRemaining => (Subject::Field(Field::BatteryCharge), threshold * 100.0),
-        _ => (Subject::Quantity(value), threshold),
-    };
-    Trigger { subject, above, level, hold: Duration::from_secs_f64(for_s), during }
-}
-
-/// What a row without a hold measures, unless that is a greatest value of some time already.
+/// What a row without a hold measures, unless that lasts by itself.
 fn unheld_threshold(row: &Row) -> Option<&'static str> {
-    if let Some(when) = row.when.as_ref().filter(|it| it.hold.is_zero()) {
-        return when
-            .raises
-            .thresholds()
-            .into_iter()
-            .map(|it| it.field)
-            .find(|it| *it != Field::ClockStep)
-            .map(Field::name);
-    }
-    match row.raise? {
-        Rule::Below { value, for_s, .. } | Rule::Above { value, for_s, .. } => {
-            (for_s == 0.0 && value != Quantity::TouchdownSpeed).then(|| value.name())
-        }
-        Rule::Reported { .. } | Rule::Stale { .. } => None,
-    }
+    let when = row.when.as_ref().filter(|it| it.hold.is_zero())?;
+    when.raises.thresholds().into_iter().map(|it| it.field).find(|it| !it.lasts()).map(Field::name)
 }
 
 #[cfg(test)]
@@ -210,7 +165,7 @@ mod tests {
 
     #[test]
     fn a_row_that_never_responds_is_found_with_the_row_that_hides_it() {
-        let lower = "raise = { fact = \"below\", value = \"battery-remaining\", threshold = 0.2, clear = 0.3, for_s = 2.0, during = \"flying\" }";
+        let lower = "when = \"battery.charge_percent < 20 %\"\nfor_s = 2.0\nduring = \"flying\"";
         check(
             &format!("flag = \"lower\"\npriority = 200\n{lower}\nphases = [\"cruise\"]\n{RETURNS}"),
             "lower",
@@ -232,7 +187,7 @@ mod tests {
 
     #[test]
     fn rows_that_are_alike_flap_or_need_what_is_gone_are_found() {
-        let twin = "raise = { fact = \"stale\", source = \"battery\", after_s = 2.0, during = \"always\" }\nphases = [\"cruise\"]";
+        let twin = "when = \"battery.silent_s >= 2 s\"\nphases = [\"cruise\"]";
         let holds = HOLDS.replace("[\"stop\"]", "[\"stop\", \"hold_position\"]");
         check(
             &format!("flag = \"twin\"\npriority = 203\n{twin}\n{holds}"),
@@ -245,7 +200,7 @@ mod tests {
             "gust",
             "by the first sample of wind.speed_m_s",
         );
-        let blind = "raise = { fact = \"stale\", source = \"local-position\", after_s = 9.0, during = \"always\" }";
+        let blind = "when = \"position.silent_s >= 9 s\"";
         let needs = HOLDS.replace("[\"stop\"]", "[\"hold_position\"]");
         check(
             &format!("flag = \"blind\"\npriority = 3\n{blind}\n{needs}"),

@@ -24,7 +24,6 @@ const DOWN: &[&str] = &[
     "monitor/introspection",
     "health",
     "mcm/status",
-    "monitor/flag",
     "skill/event",
     "mcm/decision",
     "planner/status",

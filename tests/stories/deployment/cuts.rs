@@ -1,6 +1,6 @@
 //! The link is cut in flight: on board only the monitor notices it, on the ground every client sees it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -29,6 +29,8 @@ struct OnBoard {
 
 #[derive(Default)]
 struct Heard {
+    up: BTreeSet<String>,
+    /// Each that has risen or fallen.
     flags: Vec<(Instant, String, bool)>,
     introspections: u64,
     decisions: Vec<String>,
@@ -44,7 +46,7 @@ impl OnBoard {
             open_timeout: Duration::from_secs(10),
         };
         let told = heard.clone();
-        let topics = &[Topic::FlagEvent, Topic::Introspection, Topic::DecisionRecord, Topic::VehicleStatus];
+        let topics = &[Topic::Introspection, Topic::DecisionRecord, Topic::VehicleStatus];
         let tap = Tap::open(&link, topics, move |it| told.lock().unwrap().take(it.message)).unwrap();
         OnBoard { _tap: tap, heard }
     }
@@ -72,10 +74,16 @@ impl OnBoard {
 impl Heard {
     fn take(&mut self, message: Message) {
         match message {
-            Message::FlagEvent(it) => self.flags.push((Instant::now(), it.name, it.raised)),
             Message::DecisionRecord(it) => self.decisions.push(format!("{}: {}", it.topic, it.text)),
             Message::VehicleStatus(it) => self.modes.push(it.actual_mode),
-            Message::Introspection(_) => self.introspections += 1,
+            Message::Introspection(it) => {
+                self.introspections += 1;
+                let up: BTreeSet<String> = it.flags.into_iter().map(|it| it.name).collect();
+                let risen = up.difference(&self.up).map(|it| (it, true));
+                let changed = self.up.difference(&up).map(|it| (it, false)).chain(risen);
+                self.flags.extend(changed.map(|(name, raised)| (Instant::now(), name.clone(), raised)));
+                self.up = up;
+            }
             _ => {}
         }
     }

@@ -29,7 +29,6 @@ const STATE: &[Topic] = &[
     Topic::SkillEvent,
     Topic::DecisionRecord,
 ];
-const COMMAND: &[Topic] = &[Topic::FlagEvent];
 
 /// Messages and payload bytes of each topic that arrive on the ground.
 #[derive(Clone, Default)]
@@ -43,7 +42,7 @@ impl Arrivals {
             open_timeout: Duration::from_secs(10),
         };
         let counts = self.clone();
-        Tap::open(&link, &[BULK, STATE, COMMAND].concat(), move |it| {
+        Tap::open(&link, &[BULK, STATE].concat(), move |it| {
             let mut counts = counts.0.lock().unwrap();
             let count = counts.entry(it.message.topic()).or_default();
             *count = (count.0 + 1, count.1 + it.size as u64);
@@ -124,7 +123,7 @@ fn orders_pass_a_narrow_link_and_none_is_lost() {
         let over = start.elapsed();
         let rate = |way, before| (deployment.proxy.bytes(way) - before) as f64 / over.as_secs_f64();
         let (down, up) = (rate(Direction::Down, down), rate(Direction::Up, up));
-        let classes = [("command", COMMAND), ("state", STATE), ("bulk", BULK)];
+        let classes = [("state", STATE), ("bulk", BULK)];
         let classes = classes.map(|(name, topics)| format!("{name} {:.0}", arrivals.bytes_per_s(topics, over)));
         eprintln!("{name}: down {down:.0} B/s, up {up:.0} B/s; payloads down in B/s: {}", classes.join(", "));
         for (topic, (messages, bytes)) in arrivals.0.lock().unwrap().iter() {

@@ -100,7 +100,6 @@ pub(super) mod tests {
             flag: format!("flag_{priority}"),
             priority,
             group: None,
-            raise: None,
             when: None,
             phases: phases.iter().copied().collect(),
             situations: Situation::ALL.into_iter().collect(),

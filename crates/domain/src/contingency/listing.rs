@@ -2,9 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::rule::During;
-use super::when::When;
-use super::{Contingencies, Phase, Row, Rule, Severity};
+use super::when::{During, When};
+use super::{Contingencies, Phase, Row, Severity};
 
 /// What each column of [`cells`] says.
 pub const HEADINGS: [&str; 9] =
@@ -62,28 +61,7 @@ fn alarm(row: &Row) -> String {
 }
 
 fn raised_by(row: &Row) -> String {
-    match (&row.raise, &row.when) {
-        (Some(rule), _) => of_rule(rule),
-        (None, Some(when)) => of_when(when),
-        (None, None) => "the mission manager, an operator, or by hand".to_owned(),
-    }
-}
-
-fn of_rule(rule: &Rule) -> String {
-    match *rule {
-        Rule::Below { value, threshold, for_s, during, .. } => {
-            format!("`{} < {threshold}`{}{}", value.name(), lasting(for_s), situation(during))
-        }
-        Rule::Above { value, threshold, for_s, during, .. } => {
-            format!("`{} > {threshold}`{}{}", value.name(), lasting(for_s), situation(during))
-        }
-        Rule::Reported { condition, for_s, during } => {
-            format!("`{}` reported{}{}", condition.name(), lasting(for_s), situation(during))
-        }
-        Rule::Stale { source, after_s, during } => {
-            format!("`{}` silent or frozen for {} s{}", source.name(), after_s.get(), situation(during))
-        }
-    }
+    row.when.as_ref().map_or_else(|| "the mission manager, an operator, or by hand".to_owned(), of_when)
 }
 
 fn of_when(when: &When) -> String {
@@ -154,6 +132,6 @@ mod tests {
              no-new-area, slow | by `wind.speed_m_s < 10 m/s` | A\\|B |"
         );
         assert_eq!(lattice_markdown().lines().count(), 2 + Severity::ALL.len());
-        assert!(written.contains("`planner` silent or frozen for 3600 s, while flying"), "{written}");
+        assert!(written.contains("`planner.silent_s >= 3600 s`, while flying"), "{written}");
     }
 }

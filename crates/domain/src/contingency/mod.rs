@@ -1,7 +1,7 @@
-//! The contingency table: which facts raise which flag, and which response is flown.
+//! The contingency table: what raises which flag, and which response is flown.
 //!
 //! The table is a file, `config/contingencies.toml`, reviewed like code. The monitor evaluates each
-//! row's [`Rule`] or its expression ([`when`]); the mission manager generates its contingency subtree from the rest, and asks
+//! row's expression ([`when`]); the mission manager generates its contingency subtree from the rest, and asks
 //! [`responder`] which row responds, and [`narrowing`] what is forbidden meanwhile.
 
 use std::collections::BTreeSet;
@@ -20,11 +20,9 @@ mod lattice;
 pub mod listing;
 pub mod narrowing;
 pub mod needs;
-mod ranges;
-pub mod rule;
 pub mod snapshot;
+pub mod source;
 mod table;
-mod table_when;
 pub mod unit;
 pub mod when;
 
@@ -34,8 +32,6 @@ use group::Group;
 pub use lattice::Severity;
 use narrowing::Narrows;
 use needs::Need;
-use rule::Quantity;
-pub use rule::Rule;
 use snapshot::Field;
 use when::When;
 
@@ -54,19 +50,14 @@ impl Contingencies {
     /// The charge of the battery below which a row has the vehicle land where it is, so that no flight is to end with less; zero
     /// without such a row.
     pub fn lands_below(&self) -> Fraction {
-        let of_rule = |rule: Rule| match rule {
-            Rule::Below { value: Quantity::BatteryRemaining, threshold, .. } => Some(threshold),
-            _ => None,
-        };
         // Whatever else an expression asks for, it may hold at each charge that it names.
-        let of_when = |when: &When| {
-            let thresholds = when.raises.thresholds().into_iter();
+        let of_row = |row: &Row| {
+            let thresholds = row.when.as_ref()?.raises.thresholds().into_iter();
             thresholds
                 .filter(|it| it.field == Field::BatteryCharge && !it.above)
                 .map(|it| it.value / 100.0)
                 .reduce(f64::max)
         };
-        let of_row = |row: &Row| row.raise.and_then(of_rule).or_else(|| row.when.as_ref().and_then(of_when));
         let landing = self.rows.iter().filter(|row| Severity::Land <= row.severity());
         let levels = landing.filter_map(of_row).filter_map(|it| Fraction::try_from(it).ok());
         levels.fold(Fraction::ZERO, |most, it| if most < it { it } else { most })
@@ -88,10 +79,7 @@ pub struct Row {
     /// What it is about; `None`: the table does not say. Rows of one group are checked together, so that a group without a flag
     /// costs one check.
     pub group: Option<Group>,
-    /// The fact by which the monitor raises it. A row has this, or [`Row::when`], or neither: then it is raised only by hand or by
-    /// the mission manager itself.
-    pub raise: Option<Rule>,
-    /// The expression by which the monitor raises it.
+    /// The expression by which the monitor raises it; `None`: it is raised only by hand or by the mission manager itself.
     pub when: Option<When>,
     /// The phases in which it counts; a flag that rises in another phase waits.
     pub phases: BTreeSet<Phase>,
@@ -143,19 +131,12 @@ impl Row {
 
     /// Whether it is raised because energy runs out, or may have: nothing waits then.
     pub fn is_about_energy(&self) -> bool {
-        self.raise.is_some_and(|rule| rule.is_about_energy()) || self.when.as_ref().is_some_and(When::is_about_energy)
+        self.when.as_ref().is_some_and(When::is_about_energy)
     }
 
     /// Whether the monitor raises and clears it by what it measures.
     pub fn is_watched(&self) -> bool {
-        self.raise.is_some() || self.when.is_some()
-    }
-
-    /// How long a monitor that was started again may need before it raises it, in mission time: before that, that it is not raised
-    /// says nothing.
-    pub fn raised_within(&self) -> Duration {
-        let of_rule = self.raise.map_or(Duration::ZERO, |rule| rule.raised_within());
-        of_rule.max(self.when.as_ref().map_or(Duration::ZERO, |it| it.hold))
+        self.when.is_some()
     }
 
     /// How loudly it calls for a human beside other flags, of which `is_up` says whether they are up.
@@ -303,16 +284,7 @@ pub(crate) const REQUIRED: [&str; 14] = [
     OPERATOR_PAUSE,
 ];
 
-/// Whether a rule watches what it must.
-type IsWatching = fn(&Rule) -> bool;
-
-/// What the monitor must watch, so that each must have a row: the processes by whose heartbeats a hang is seen, and the land
+/// What the monitor must watch, so that a row must read each: the processes by whose heartbeats a hang is seen, and the land
 /// detector. (The monitor itself is watched by the mission manager: [`INTROSPECTION_LOST`].)
-pub(crate) const REQUIRED_RULES: [(&str, IsWatching); 4] = [
-    ("fact = \"stale\", source = \"planner\"", |it| it.watches(rule::DataSource::Planner)),
-    ("fact = \"stale\", source = \"skill-manager\"", |it| it.watches(rule::DataSource::SkillManager)),
-    ("fact = \"stale\", source = \"mission-manager\"", |it| it.watches(rule::DataSource::MissionManager)),
-    ("fact = \"reported\", condition = \"land-detector-contradicts\"", |it| {
-        matches!(it, Rule::Reported { condition: rule::Condition::LandDetectorContradicts, .. })
-    }),
-];
+pub(crate) const REQUIRED_FIELDS: [Field; 4] =
+    [Field::PlannerSilence, Field::SkillManagerSilence, Field::ManagerSilence, Field::DetectorContradicts];

@@ -2,8 +2,8 @@
 
 use serde::Deserialize;
 
-use super::rule::{Condition, DataSource};
-use super::{Action, Row, Rule};
+use super::snapshot::Field;
+use super::{Action, Row};
 
 /// What an action cannot be flown without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
@@ -36,12 +36,18 @@ impl Row {
             // It is known in another frame than that of the mission.
             return Some(Need::Position);
         }
-        match self.raise? {
-            Rule::Reported { condition: Condition::EstimatorInvalid, .. } => Some(Need::Position),
-            Rule::Stale { source: DataSource::LocalPosition, .. } => Some(Need::Position),
-            Rule::Stale { source: DataSource::Planner, .. } => Some(Need::Planner),
-            Rule::Stale { source: DataSource::GroundLink, .. } => Some(Need::Link),
-            Rule::Below { .. } | Rule::Above { .. } | Rule::Reported { .. } | Rule::Stale { .. } => None,
+        self.when.as_ref()?.fields().iter().find_map(|it| it.says_missing())
+    }
+}
+
+impl Field {
+    /// What is missing while it raises a flag.
+    fn says_missing(self) -> Option<Need> {
+        match self {
+            Field::EstimatorInvalid | Field::PositionSilence => Some(Need::Position),
+            Field::PlannerSilence => Some(Need::Planner),
+            Field::LinkSilence => Some(Need::Link),
+            _ => None,
         }
     }
 }
@@ -64,19 +70,19 @@ mod tests {
 
     #[test]
     fn an_action_is_impossible_while_a_flag_takes_away_what_it_needs() {
-        let row = |flag: &str, priority: u32, raise: &str| {
+        let row = |flag: &str, priority: u32, when: &str| {
             format!(
-                "[[contingency]]\nflag = \"{flag}\"\npriority = {priority}\nraise = {{ {raise}, during = \"flying\" }}\n\
+                "[[contingency]]\nflag = \"{flag}\"\npriority = {priority}\nwhen = \"{when}\"\n\
                  actions = [\"stop\"]\nemergency = \"stop\"\nclears = \"with-condition\"\nthen = \"resume\"\n"
             )
         };
         let text = table(
             &[
-                row("estimator_lost", 1, "fact = \"reported\", condition = \"estimator-invalid\", for_s = 0.5"),
-                row("position_stale", 2, "fact = \"stale\", source = \"local-position\", after_s = 0.5"),
-                row("planner_lost", 3, "fact = \"stale\", source = \"planner\", after_s = 1.0"),
-                row("link_lost", 4, "fact = \"stale\", source = \"ground-link\", after_s = 10.0"),
-                row("battery_stale", 5, "fact = \"stale\", source = \"battery\", after_s = 2.0"),
+                row("estimator_lost", 1, "known(estimator.invalid) and estimator.invalid"),
+                row("position_stale", 2, "position.silent_s >= 0.5 s"),
+                row("planner_lost", 3, "planner.silent_s >= 1 s"),
+                row("link_lost", 4, "known(link.silent_s) and link.silent_s >= 10 s"),
+                row("battery_stale", 5, "battery.silent_s >= 2 s"),
             ]
             .concat(),
         );

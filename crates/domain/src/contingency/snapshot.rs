@@ -1,5 +1,6 @@
 //! What a rule can read: every field with its unit and its range, in one table, and the values at one moment.
 
+use super::source::DataSource;
 use super::unit::Unit;
 
 /// What a field holds.
@@ -136,7 +137,53 @@ fields! {
     Mode "autopilot.mode" Kind::Choice(MODES);
     /// The mode that was asked for.
     IntendedMode "autopilot.intended_mode" Kind::Choice(MODES);
+    /// Whether the autopilot flies something else than what was asked for, for a reason of its own.
+    Preempts "autopilot.preempts" Kind::Choice(TRUTH);
+    /// Whether the autopilot would not arm, by its own checks; no while it is armed.
+    NotReady "autopilot.not_ready" Kind::Choice(TRUTH);
+    /// Whether the autopilot reports that it has lost the proof of life that goes with setpoints.
+    SetpointsLost "autopilot.setpoints_lost" Kind::Choice(TRUTH);
+    /// Whether the autopilot reports that its own link to the ground is lost.
+    OwnLinkLost "autopilot.link_lost" Kind::Choice(TRUTH);
+    /// Whether the estimator does not vouch for the position, or is reported as failed.
+    EstimatorInvalid "estimator.invalid" Kind::Choice(TRUTH);
+    /// Whether satellite navigation is reported as lost.
+    GnssLost "gnss.lost" Kind::Choice(TRUTH);
+    /// Whether a motor is reported as failed.
+    MotorFailed "motor.failed" Kind::Choice(TRUTH);
+    /// Whether the battery is reported as faulty.
+    BatteryFaulty "battery.faulty" Kind::Choice(TRUTH);
+    /// Whether the land detector says the opposite of what motors, height and speed show; not known while it says nothing.
+    DetectorContradicts "land_detector.contradicts" Kind::Choice(TRUTH);
+    /// The fastest descent in the last seconds before the vehicle was on the ground; 0 in the air, not known where it was not seen to come
+    /// down.
+    TouchdownSpeed "touchdown.speed_m_s" number(Unit::METRE_PER_SECOND, 0.0, 100.0);
+    /// For how long the autopilot's status has brought nothing new.
+    StatusSilence "status.silent_s" SILENCE;
+    /// For how long the attitude has brought nothing new.
+    AttitudeSilence "attitude.silent_s" SILENCE;
+    /// For how long the local position has brought nothing new.
+    PositionSilence "position.silent_s" SILENCE;
+    /// For how long the global position has brought nothing new.
+    GlobalPositionSilence "global_position.silent_s" SILENCE;
+    /// For how long the land detector has brought nothing new.
+    DetectorSilence "land_detector.silent_s" SILENCE;
+    /// For how long the battery has brought nothing new.
+    BatterySilence "battery.silent_s" SILENCE;
+    /// Wall seconds since the ground and the vehicle last heard each other; not known where there was no link in this flight.
+    LinkSilence "link.silent_s" SILENCE;
+    /// Wall seconds since the control tower was last heard; not known where there was none in this flight.
+    TowerSilence "tower.silent_s" SILENCE;
+    /// Wall seconds since the planner last showed that its loop turns.
+    PlannerSilence "planner.silent_s" SILENCE;
+    /// The same of the skill manager.
+    SkillManagerSilence "skill_manager.silent_s" SILENCE;
+    /// The same of the mission manager.
+    ManagerSilence "mission_manager.silent_s" SILENCE;
 }
+
+/// How long a source has been silent.
+const SILENCE: Kind = number(Unit::SECOND, 0.0, 1_000_000.0);
 
 impl Field {
     /// The field of this name.
@@ -146,7 +193,31 @@ impl Field {
 
     /// Whether it says how much energy is left.
     pub fn is_about_energy(self) -> bool {
-        matches!(self, Field::BatteryCharge | Field::BatteryVoltage | Field::PlaceMargin)
+        use Field::{BatteryCharge, BatteryFaulty, BatterySilence, BatteryVoltage, PlaceMargin};
+        matches!(self, BatteryCharge | BatteryVoltage | BatteryFaulty | BatterySilence | PlaceMargin)
+    }
+
+    /// The source whose silence it is.
+    pub fn silence(self) -> Option<DataSource> {
+        Some(match self {
+            Field::StatusSilence => DataSource::Status,
+            Field::AttitudeSilence => DataSource::Attitude,
+            Field::PositionSilence => DataSource::LocalPosition,
+            Field::GlobalPositionSilence => DataSource::GlobalPosition,
+            Field::DetectorSilence => DataSource::LandDetected,
+            Field::BatterySilence => DataSource::Battery,
+            Field::LinkSilence => DataSource::GroundLink,
+            Field::TowerSilence => DataSource::ControlTower,
+            Field::PlannerSilence => DataSource::Planner,
+            Field::SkillManagerSilence => DataSource::SkillManager,
+            Field::ManagerSilence => DataSource::MissionManager,
+            _ => return None,
+        })
+    }
+
+    /// Whether it lasts by itself, as a silence and the greatest value of some time do: no single sample decides.
+    pub fn lasts(self) -> bool {
+        self.silence().is_some() || matches!(self, Field::ClockStep | Field::TouchdownSpeed)
     }
 
     /// A value of it in words, with its unit: `4.20 %`, `offboard`.
@@ -208,9 +279,17 @@ impl Fields {
         Fields(fields.into_iter().fold(0, |set, field| set | 1 << field as u32))
     }
 
+    /// No field.
+    pub const NONE: Fields = Fields(0);
+
     /// Whether any field is in both.
     pub fn meets(self, other: Fields) -> bool {
         self.0 & other.0 != 0
+    }
+
+    /// The fields that are in either.
+    pub fn and(self, other: Fields) -> Fields {
+        Fields(self.0 | other.0)
     }
 }
 

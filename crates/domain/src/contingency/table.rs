@@ -9,17 +9,17 @@ use super::alarm::Alarm;
 use super::group::Group;
 use super::narrowing::Narrows;
 use super::needs::Need;
-use super::ranges::range;
-use super::rule::During;
-use super::table_when::{self, WhenEntry};
-use super::{Action, BRING_DOWN, Clears, Contingencies, Phase, REQUIRED, REQUIRED_RULES, Row, Rule, Severity, Then};
+use super::when::During;
+use super::{Action, BRING_DOWN, Clears, Contingencies, Phase, REQUIRED, REQUIRED_FIELDS, Row, Severity, Then};
 use crate::file::{Mistake, Mistakes, Source, did_you_mean};
 use crate::quantity::Positive;
 use crate::situation::Situation;
 
 mod ending;
 mod explained;
+mod former;
 mod narrowing;
+mod when;
 
 use ending::{check_brings_down, check_end, check_yields};
 use explained::check_explained;
@@ -39,7 +39,6 @@ impl Contingencies {
         for (index, entry) in entries.iter().enumerate() {
             check_twins(source, entry, &entries[..index], &mut mistakes);
             check_actions(source, entry, &actions, &mut mistakes);
-            check_rule(source, entry, &mut mistakes);
             check_end(source, entry, &actions, &mut mistakes);
             check_yields(source, entry, &actions, &mut mistakes);
             check_slowing(source, entry, &actions, &mut mistakes);
@@ -54,21 +53,23 @@ impl Contingencies {
                 mistakes.push(source.mistake(None, message, "add a [[contingency]] with this flag"));
             }
         }
-        for (rule, raises) in REQUIRED_RULES {
-            if !entries.iter().any(|it| it.raise.as_ref().is_some_and(|it| raises(it.as_ref()))) {
-                let message = format!("no row is raised by `{rule}`, which must be watched");
-                let help = "add a [[contingency]] whose `raise` begins with it";
-                mistakes.push(source.mistake(None, message, help));
-            }
-        }
         for entry in entries.iter().filter(|it| BRING_DOWN.contains(&it.flag.as_ref().as_str())) {
             check_brings_down(source, entry, &actions, &mut mistakes);
         }
         let row = |entry: Entry| {
-            let when = table_when::read(source, &entry.when_entry(), &mut mistakes);
+            let when = when::read(source, &entry, &mut mistakes);
             Row { when, ..entry.into_row(&actions) }
         };
-        let rows = entries.into_iter().map(row).collect();
+        let rows: Vec<Row> = entries.into_iter().map(row).collect();
+        // A row with a mistake may be the one.
+        let all_were_read = mistakes.is_empty();
+        for field in REQUIRED_FIELDS {
+            let reads = |row: &Row| row.when.as_ref().is_some_and(|it| it.fields().contains(&field));
+            if all_were_read && !rows.iter().any(reads) {
+                let message = format!("no row reads `{}`, which must be watched", field.name());
+                mistakes.push(source.mistake(None, message, "add a [[contingency]] whose `when` reads it"));
+            }
+        }
         Mistakes(mistakes).or(Contingencies { rows })
     }
 }
@@ -105,8 +106,9 @@ struct Entry {
     flag: Spanned<String>,
     priority: Spanned<u32>,
     group: Option<Group>,
-    raise: Option<Spanned<Rule>>,
-    /// An expression in place of `raise`; the next four keys belong to it.
+    /// The former form of the next five keys.
+    raise: Option<Spanned<toml::Table>>,
+    /// An expression; the next four keys belong to it.
     when: Option<Spanned<String>>,
     clear_when: Option<Spanned<String>>,
     for_s: Option<Spanned<f64>>,
@@ -138,18 +140,6 @@ impl Entry {
         self.actions.as_ref().iter().chain([&self.emergency])
     }
 
-    fn when_entry(&self) -> WhenEntry<'_> {
-        WhenEntry {
-            flag: self.flag.as_ref().as_str(),
-            has_raise: self.raise.is_some(),
-            when: self.when.as_ref(),
-            clear_when: self.clear_when.as_ref(),
-            for_s: self.for_s.as_ref(),
-            clears_after_s: self.clears_after_s.as_ref(),
-            during: self.during.as_ref(),
-        }
-    }
-
     /// Without its expression. Actions that do not exist are left out; they have been reported as mistakes.
     fn into_row(self, actions: &Actions) -> Row {
         let action = |name: &Spanned<String>| {
@@ -174,7 +164,6 @@ impl Entry {
             flag: self.flag.into_inner(),
             priority: self.priority.into_inner(),
             group: self.group,
-            raise: self.raise.map(Spanned::into_inner),
             when: None,
             phases: self.phases.map_or_else(|| Phase::ALL.into_iter().collect(), Spanned::into_inner),
             situations: self.situations.map_or_else(usual_situations, Spanned::into_inner),
@@ -265,33 +254,6 @@ fn check_source(source: &Source, entry: &Entry, mistakes: &mut Vec<Mistake>) {
     }
 }
 
-fn check_rule(source: &Source, entry: &Entry, mistakes: &mut Vec<Mistake>) {
-    let Some(rule) = &entry.raise else { return };
-    let (numbers, hysteresis) = match *rule.as_ref() {
-        Rule::Below { threshold, clear, for_s, .. } => (vec![threshold, clear, for_s], threshold <= clear),
-        Rule::Above { threshold, clear, for_s, .. } => (vec![threshold, clear, for_s], clear <= threshold),
-        Rule::Reported { for_s, .. } => (vec![for_s], true),
-        Rule::Stale { .. } => (vec![], true),
-    };
-    if numbers.iter().any(|it| !it.is_finite()) || numbers.last().is_some_and(|for_s| !(0.0..=3600.0).contains(for_s)) {
-        let help = "thresholds are finite; `for_s` is seconds from 0 to 3600";
-        mistakes.push(source.mistake(Some(rule.span()), "a number of this rule is out of range", help));
-    }
-    if let Rule::Below { value, threshold, clear, .. } | Rule::Above { value, threshold, clear, .. } = *rule.as_ref() {
-        let (least, greatest, unit) = range(value);
-        for (name, number) in [("threshold", threshold), ("clear", clear)] {
-            if number.is_finite() && !(least..=greatest).contains(&number) {
-                let message = format!("`{name} = {number}` is beyond what `{}` can be", value.name());
-                mistakes.push(source.mistake(Some(rule.span()), message, format!("it counts {unit}")));
-            }
-        }
-    }
-    if !hysteresis {
-        let help = "`clear` lies at the threshold or on its safe side";
-        mistakes.push(source.mistake(Some(rule.span()), "this rule would clear while it still holds", help));
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -305,7 +267,7 @@ mod tests {
 flag = "battery_low"
 priority = 40
 group = "energy"
-raise = { fact = "below", value = "battery-remaining", threshold = 0.2, clear = 0.25, for_s = 1.0, during = "flying" }
+when = "battery.charge_percent < 20 %"
 phases = ["takeoff", "cruise"]
 actions = ["return_home"]
 emergency = "land"
@@ -347,13 +309,9 @@ then = "resume"
             assert_eq!(read(&good().replacen(find, replace, 1)).unwrap().lands_below().get(), expected);
         }
         // Nothing but a return.
-        check("threshold = 0.2,", "threshold = 0.2,", 0.0);
+        check("< 20 %", "< 20 %", 0.0);
         check("[\"return_home\"]", "[\"land\"]", 0.2);
-        check(
-            "value = \"battery-remaining\", threshold = 0.2, clear = 0.25",
-            "value = \"battery-voltage\", threshold = 13.0, clear = 14.0",
-            0.0,
-        );
+        check("battery.charge_percent < 20 %", "battery.voltage_v < 13 V", 0.0);
     }
 
     #[test]
@@ -375,23 +333,10 @@ then = "resume"
             "emergency = \"land\"",
             "c.toml:29:13: `obstacle` holds, and its action `land` is more severe",
         );
-        check("clear = 0.25", "clear = 0.1", "c.toml:18:9: this rule would clear while it still holds");
-        check("for_s = 1.0", "for_s = -1.0", "c.toml:18:9: a number of this rule is out of range");
-        check(
-            "threshold = 0.2, clear = 0.25",
-            "threshold = 25, clear = 30",
-            "c.toml:18:9: `threshold = 25` is beyond what `battery-remaining` can be",
-        );
-        check("battery-remaining", "battery-left", "c.toml:18:9: unknown variant `battery-left`, expected one of");
         check("\"never\"", "\"sometimes\"", "c.toml:22:10: unknown variant `sometimes`");
         check("\"obstacle\"", "\"battery_low\"", "c.toml:26:8: two rows for the flag `battery_low`");
         check("\"transition_failed\"", "\"trans\"", "c.toml: no row for the flag `transition_failed`");
-        check(
-            "source = \"planner\"",
-            "source = \"battery\"",
-            "c.toml: no row is raised by `fact = \"stale\", source = \"planner\"`, which must be watched",
-        );
-        check("land-detector-contradicts", "gnss-lost", "c.toml: no row is raised by `fact = \"reported\", condition");
+        check("planner.silent_s", "battery.silent_s", "c.toml: no row reads `planner.silent_s`, which must be watched");
         check("\"ended_in_air\"", "\"ended\"", "c.toml: no row for the flag `ended_in_air`");
         let ended = |change: &str| format!("flag = \"ended_in_air\"\n{change}");
         check(

@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
+use serde::Deserialize;
+
 use super::expression::{Expression, Threshold, Verdict};
-use super::rule::During;
 use super::snapshot::{Field, Snapshot};
 
 /// The expression of a row, with the times for which it must hold.
@@ -19,6 +20,34 @@ pub struct When {
     pub clears_after: Duration,
     /// In which situation it counts.
     pub during: During,
+}
+
+/// In which situation a row's expressions count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum During {
+    /// At any time.
+    Always,
+    /// While the vehicle is armed.
+    Armed,
+    /// While it flies.
+    Flying,
+}
+
+impl During {
+    /// Whether it counts for these values; `None` where that is not known.
+    pub fn applies(self, snapshot: &Snapshot) -> Option<bool> {
+        self.field().map_or(Some(true), |field| snapshot.get(field).map(|it| it > 0.5))
+    }
+
+    /// The field that says whether it counts.
+    pub fn field(self) -> Option<Field> {
+        match self {
+            During::Always => None,
+            During::Armed => Some(Field::Armed),
+            During::Flying => Some(Field::Flying),
+        }
+    }
 }
 
 /// How a row's expressions stand for one snapshot.

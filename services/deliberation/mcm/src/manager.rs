@@ -170,7 +170,6 @@ impl Node for Mcm {
     fn subscriptions(&self) -> &'static [Topic] {
         &[
             Topic::Introspection,
-            Topic::FlagEvent,
             Topic::SkillEvent,
             Topic::SkillFeedback,
             Topic::SkillControl,

@@ -640,16 +640,17 @@ fn a_step_costs_one_request_for_its_skill_one_for_the_next_step_and_one_that_it_
 }
 
 #[test]
-fn a_flood_of_unknown_flags_is_counted_and_leaves_room_for_the_decisions() {
+fn listed_flags_without_a_row_are_counted_once_and_leave_room_for_the_decisions() {
     let (mut rig, _) = under_way();
     rig.decisions.clear();
-    rig.together(|rig| (0..2000).for_each(|it| rig.flag(&format!("unheard_of_{}", it % 1000), true)));
-    let about = |rig: &Rig, part: &str| rig.decisions.iter().filter(|it| it.contains(part)).count();
-    let recorded = (about(&rig, "has no row in the table"), about(&rig, "further ones are only counted"));
-    assert_eq!(recorded, (16, 1), "{:?}", rig.decisions);
+    let named = |it: u32| v1::RaisedFlag { name: format!("unheard_of_{it}"), ..Default::default() };
+    for _ in 0..3 {
+        rig.say(v1::Introspection { flags: (0..2000).map(named).collect(), ..Default::default() });
+    }
+    assert_eq!(rig.decisions, [""; 0]);
     assert_eq!(rig.story().lines().filter(|it| it.contains("has no row")).count(), 2000, "each is counted");
     rig.flag("obstacle", true);
-    assert_eq!(about(&rig, "flag `obstacle` raised"), 1, "{:?}", rig.decisions);
+    assert!(rig.decisions.iter().any(|it| it.contains("flag `obstacle` raised")), "{:?}", rig.decisions);
 }
 
 #[test]

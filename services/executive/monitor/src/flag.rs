@@ -1,7 +1,7 @@
-//! A flag, and the two that may raise it: its rule, and the injector.
+//! A flag, and the two that may raise it: its expression, and somebody by hand.
 //!
-//! It is up while either of them says so. The two are independent: what the injector clears stays
-//! up while the rule says so, and the other way round.
+//! It is up while either of them says so. The two are independent: what is cleared by hand stays
+//! up while the expression says so, and the other way round.
 
 use std::time::Duration;
 
@@ -10,12 +10,8 @@ use domain::contingency::snapshot::{Fields, Snapshot};
 use domain::measured::Measured;
 use domain::time::{Pace, Time};
 
-use crate::config::Config;
-use crate::evidence::Evidence;
-use crate::fact::Fact;
-use crate::rule_watch::{Change, Occasion, RuleWatch};
-use crate::sources::Sources;
-use crate::when_watch::WhenWatch;
+use crate::sources::{Sources, Unheard};
+use crate::watch::Watch;
 
 /// One flag of the contingency table.
 #[derive(Debug, Clone)]
@@ -23,37 +19,35 @@ pub(crate) struct Flag {
     name: String,
     watch: Option<Watch>,
     injected: Option<Injected>,
+    /// The number of its last rise.
+    rise: u64,
+    /// Somebody has raised or cleared it by hand.
+    was_injected: bool,
 }
 
-/// By what its row raises it.
-#[derive(Debug, Clone)]
-enum Watch {
-    Rule(RuleWatch),
-    When(WhenWatch),
-}
-
-/// Raised by the injector, and not cleared since.
+/// Raised by hand, and not cleared since.
 #[derive(Debug, Clone)]
 struct Injected {
     since: Time,
     reason: String,
 }
 
-/// The rule of a flag raised or cleared it.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct FlagChange {
-    pub(crate) name: String,
-    pub(crate) raised: bool,
-    pub(crate) evidence: Evidence,
-}
-
-/// The injector raises or clears a flag.
+/// Somebody raises or clears a flag by hand.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Injection {
     pub(crate) flag: String,
     pub(crate) raised: bool,
     /// May be empty.
     pub(crate) reason: String,
+}
+
+/// How a flag stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Level<'a> {
+    Up(RaisedFlag<'a>),
+    Down,
+    /// The monitor was started not long ago, and cannot say yet.
+    Undecided(&'a str),
 }
 
 /// A flag that is up.
@@ -64,18 +58,15 @@ pub(crate) struct RaisedFlag<'a> {
     pub(crate) reason: &'a str,
     /// The value that it was raised by, unless that was done by hand.
     pub(crate) measured: Option<Measured>,
+    /// Another number is another rise.
+    pub(crate) rise: u64,
 }
 
 impl Flag {
     /// The flag of a row; it is down.
-    pub(crate) fn new(row: &Row, config: &Config, pace: Pace) -> Flag {
-        let absent_after = pace.limit(config.absent_after_s.seconds());
-        let watch = match (row.raise, &row.when) {
-            (Some(rule), _) => Some(Watch::Rule(RuleWatch::new(Fact::new(rule, config, pace)))),
-            (None, Some(when)) => Some(Watch::When(WhenWatch::new(when.clone(), absent_after))),
-            (None, None) => None,
-        };
-        Flag { name: row.flag.clone(), watch, injected: None }
+    pub(crate) fn new(row: &Row, pace: Pace) -> Flag {
+        let watch = row.when.clone().map(|when| Watch::new(when, pace));
+        Flag { name: row.flag.clone(), watch, injected: None, rise: 0, was_injected: false }
     }
 
     /// Its name in the table.
@@ -83,59 +74,55 @@ impl Flag {
         &self.name
     }
 
-    /// Whether its rule is about a source that brings nothing new.
-    pub(crate) fn is_about_silence(&self) -> bool {
-        matches!(&self.watch, Some(Watch::Rule(watch)) if watch.is_about_silence())
-    }
-
-    /// Evaluates its rule; returns the change, if that raised or cleared the flag. `changed` is what differs between this snapshot and
-    /// the one of the time before.
+    /// Evaluates its expression; `changed` is what may differ from the time before, and `rises` counts. Returns whether that has raised or
+    /// cleared the flag.
     pub(crate) fn evaluate(
         &mut self,
         now: Time,
-        occasion: Occasion,
         sources: &Sources,
         snapshot: &Snapshot,
         changed: Fields,
-    ) -> Option<FlagChange> {
-        let change = match self.watch.as_mut()? {
-            Watch::Rule(watch) => watch.evaluate(now, occasion, sources),
-            Watch::When(watch) => watch.evaluate(now, sources, snapshot, changed),
-        }?;
-        let (raised, evidence) = match change {
-            Change::Raised(evidence) => (true, evidence),
-            Change::Cleared(evidence) => (false, evidence),
-        };
-        Some(FlagChange { name: self.name.clone(), raised, evidence })
+        unheard: Unheard,
+        rises: &mut u64,
+    ) -> bool {
+        let Some(watch) = &mut self.watch else { return false };
+        let has_changed = watch.evaluate(now, sources, snapshot, changed, unheard);
+        if has_changed && watch.raised().is_some() {
+            *rises += 1;
+            self.rise = *rises;
+        }
+        has_changed
     }
 
-    /// Raises or clears it for the injector.
-    pub(crate) fn inject(&mut self, now: Time, injection: Injection) {
+    /// Raises or clears it by hand.
+    pub(crate) fn inject(&mut self, now: Time, injection: Injection, rises: &mut u64) {
+        self.was_injected = true;
         if !injection.raised {
             self.injected = None;
-        } else if self.injected.is_none() {
-            let reason = if injection.reason.is_empty() { "raised by hand".into() } else { injection.reason };
-            self.injected = Some(Injected { since: now, reason });
+            return;
         }
+        *rises += 1;
+        self.rise = *rises;
+        let reason = if injection.reason.is_empty() { "raised by hand".into() } else { injection.reason };
+        self.injected.get_or_insert(Injected { since: now, reason });
     }
 
-    /// The flag if it is up. Where both raised it, the older reason counts.
-    pub(crate) fn raised(&self, now: Time) -> Option<RaisedFlag<'_>> {
+    /// How it stands. Where both raised it, the older reason counts.
+    pub(crate) fn level(&self, now: Time) -> Level<'_> {
         let injected = self.injected.as_ref().map(|it| (it.since, it.reason.as_str(), None));
-        let watched = self.watch.as_ref().and_then(|watch| match watch {
-            Watch::Rule(watch) => watch.raised(),
-            Watch::When(watch) => watch.raised(),
-        });
-        let watched = watched.map(|(since, evidence)| (since, evidence.reason.as_str(), evidence.measured()));
-        let (since, reason, measured) = watched.into_iter().chain(injected).min_by_key(|(since, ..)| *since)?;
-        Some(RaisedFlag { name: &self.name, up_for: now - since, reason, measured })
+        let watched = self.watch.as_ref().and_then(Watch::raised);
+        let watched = watched.map(|(since, evidence)| (since, evidence.reason.as_str(), evidence.measured));
+        match watched.into_iter().chain(injected).min_by_key(|(since, ..)| *since) {
+            Some((since, reason, measured)) => {
+                Level::Up(RaisedFlag { name: &self.name, up_for: now - since, reason, measured, rise: self.rise })
+            }
+            None if self.was_injected || self.watch.as_ref().is_none_or(Watch::is_decided) => Level::Down,
+            None => Level::Undecided(&self.name),
+        }
     }
 
-    /// When to evaluate it again even if nothing arrives.
-    pub(crate) fn deadline(&self, sources: &Sources) -> Option<Time> {
-        match self.watch.as_ref()? {
-            Watch::Rule(watch) => watch.deadline(sources),
-            Watch::When(watch) => watch.deadline(),
-        }
+    /// When to evaluate it again after `now` even if nothing arrives.
+    pub(crate) fn deadline(&self, now: Time, sources: &Sources) -> Option<Time> {
+        self.watch.as_ref()?.deadline(now, sources)
     }
 }

@@ -1,43 +1,37 @@
 //! What the expressions of the table read, from what was heard.
 //!
-//! A sample counts until the next one arrives, as for a fact: the silence of a source is a row of its own. What was never heard,
+//! A sample counts until the next one arrives: the silence of a source is a field of its own. What was never heard,
 //! and what the estimator does not vouch for, is not known.
 
-use domain::contingency::rule::Quantity;
 use domain::contingency::snapshot::{Field, Snapshot};
-use domain::fmu::{Attitude, FlightMode, LocalPosition, TrafficKind};
+use domain::fmu::{Attitude, Failure, FlightMode, LocalPosition, TrafficKind};
 use domain::time::Time;
 
-use crate::derived::value;
+use crate::derived::distance_home_m;
 use crate::sources::Sources;
 
 /// The values of all fields at `now`.
 pub(crate) fn snapshot(sources: &Sources, now: Time) -> Snapshot {
     let mut snapshot = Snapshot::UNKNOWN;
     let local = sources.local_position.latest();
-    let status = sources.status.latest();
+    let (horizontal, vertical) = (local.filter(|it| it.horizontal_valid), local.filter(|it| it.vertical_valid));
+    let (battery, status) = (sources.battery.latest(), sources.status.latest());
+    let reported = |failure: Failure| status.map(|it| it.failures.contains(&failure));
     let outlook = sources.outlook(now);
     for field in Field::ALL.iter().copied() {
-        let measured = |quantity| value(quantity, sources);
         match field {
-            Field::BatteryCharge => snapshot.set(field, measured(Quantity::BatteryRemaining).map(|it| it * 100.0)),
-            Field::BatteryVoltage => snapshot.set(field, measured(Quantity::BatteryVoltage)),
-            Field::BatteryCurrent => snapshot.set(field, sources.battery.latest().and_then(|it| it.current_a)),
-            Field::BatteryTemperature => snapshot.set(field, measured(Quantity::BatteryTemperature)),
-            Field::HorizontalDeviation => snapshot.set(field, measured(Quantity::HorizontalAccuracy)),
-            Field::VerticalDeviation => snapshot.set(field, measured(Quantity::VerticalAccuracy)),
-            Field::Height => snapshot.set(field, measured(Quantity::Height)),
-            Field::DistanceHome => snapshot.set(field, measured(Quantity::DistanceHome)),
-            Field::GroundSpeed => snapshot.set(field, measured(Quantity::GroundSpeed)),
-            Field::Climb => {
-                let vertical = local.filter(|it| it.vertical_valid);
-                snapshot.set(field, vertical.map(|it| it.velocity.climb_rate_m_s()));
-            }
-            Field::Tilt => snapshot.set(field, measured(Quantity::Tilt).map(f64::to_degrees)),
-            Field::HeightAtRest => {
-                let vertical = local.filter(|it| it.vertical_valid);
-                snapshot.set(field, vertical.map(height_at_rest_m));
-            }
+            Field::BatteryCharge => snapshot.set(field, battery.map(|it| it.remaining * 100.0)),
+            Field::BatteryVoltage => snapshot.set(field, battery.map(|it| it.voltage_v)),
+            Field::BatteryCurrent => snapshot.set(field, battery.and_then(|it| it.current_a)),
+            Field::BatteryTemperature => snapshot.set(field, battery.and_then(|it| it.temperature_c)),
+            Field::HorizontalDeviation => snapshot.set(field, local.map(|it| it.eph_m)),
+            Field::VerticalDeviation => snapshot.set(field, local.map(|it| it.epv_m)),
+            Field::Height => snapshot.set(field, vertical.map(|it| it.position.height_m())),
+            Field::DistanceHome => snapshot.set(field, horizontal.map(|it| distance_home_m(it.position))),
+            Field::GroundSpeed => snapshot.set(field, horizontal.map(|it| it.velocity.ground_speed_m_s())),
+            Field::Climb => snapshot.set(field, vertical.map(|it| it.velocity.climb_rate_m_s())),
+            Field::Tilt => snapshot.set(field, sources.attitude.latest().map(|it| it.tilt_rad().to_degrees())),
+            Field::HeightAtRest => snapshot.set(field, vertical.map(height_at_rest_m)),
             Field::PositionJump => snapshot.set(field, sources.position_jump_m(now)),
             Field::HeadingDifference => {
                 let headings = sources.attitude.latest().zip(local);
@@ -68,7 +62,48 @@ pub(crate) fn snapshot(sources: &Sources, now: Time) -> Snapshot {
             Field::Failsafe => snapshot.set_truth(field, status.map(|it| it.failsafe)),
             Field::Mode => status.into_iter().for_each(|it| snapshot.set_choice(field, mode(it.actual))),
             Field::IntendedMode => status.into_iter().for_each(|it| snapshot.set_choice(field, mode(it.intended))),
+            Field::Preempts => snapshot.set_truth(field, sources.pre_empts()),
+            Field::NotReady => {
+                // One that is armed has no more to say about it.
+                let refuses = status.and_then(|it| if it.armed { Some(false) } else { it.can_arm.map(|it| !it) });
+                snapshot.set_truth(field, refuses);
+            }
+            Field::SetpointsLost => snapshot.set_truth(field, reported(Failure::OffboardSignalLost)),
+            Field::OwnLinkLost => snapshot.set_truth(field, reported(Failure::GroundLinkLost)),
+            Field::EstimatorInvalid => {
+                let doubtful = local.map(|it| !(it.horizontal_valid && it.vertical_valid));
+                let failed = reported(Failure::Estimator);
+                let either = failed.into_iter().chain(doubtful).reduce(|failed, doubtful| failed || doubtful);
+                snapshot.set_truth(field, either);
+            }
+            Field::GnssLost => snapshot.set_truth(field, reported(Failure::GnssLost)),
+            Field::MotorFailed => snapshot.set_truth(field, reported(Failure::Motor)),
+            Field::BatteryFaulty => snapshot.set_truth(field, reported(Failure::Battery)),
+            Field::DetectorContradicts => snapshot.set_truth(field, sources.contradicts_detector()),
+            Field::TouchdownSpeed => snapshot.set(field, sources.touchdown_m_s()),
+            Field::StatusSilence
+            | Field::AttitudeSilence
+            | Field::PositionSilence
+            | Field::GlobalPositionSilence
+            | Field::DetectorSilence
+            | Field::BatterySilence
+            | Field::LinkSilence
+            | Field::TowerSilence
+            | Field::PlannerSilence
+            | Field::SkillManagerSilence
+            | Field::ManagerSilence => {
+                snapshot.set(field, field.silence().and_then(|source| sources.silent_s(source, now)));
+            }
         }
+    }
+    snapshot
+}
+
+/// The same with no silence longer than before: after a pause of the whole process every source looks silent until its mailbox is empty.
+pub(crate) fn without_longer_silences(mut snapshot: Snapshot, before: &Snapshot) -> Snapshot {
+    for field in Field::ALL.iter().copied().filter(|it| it.silence().is_some()) {
+        let least = before.get(field).zip(snapshot.get(field)).map(|(before, now)| before.min(now));
+        snapshot.set(field, least);
     }
     snapshot
 }

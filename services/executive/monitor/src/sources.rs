@@ -7,12 +7,14 @@
 use std::num::NonZeroU32;
 use std::time::Duration;
 
-use domain::contingency::rule::DataSource;
+use domain::contingency::snapshot::{Field, Fields, Snapshot};
+use domain::contingency::source::DataSource;
 use domain::flight_state::{Evidence, FlightState, Motors};
 use domain::fmu::{
     Attitude, Battery, FlightMode, GlobalPosition, LandDetected, LocalPosition, PreEmption, Status, TrafficKind,
     TransponderReport, Wind,
 };
+use domain::quantity::Positive;
 use domain::time::{Now, Pace, Time};
 
 use crate::away::Away;
@@ -21,6 +23,7 @@ use crate::config::Config;
 use crate::gusts::Gusts;
 use crate::jumps::Jumps;
 use crate::manager::{HeardOutlook, Outlook};
+use crate::silence::{counted_s, reached_after};
 use crate::touchdown::Touchdown;
 use crate::traffic::Traffic;
 
@@ -70,6 +73,15 @@ pub(crate) struct Before {
     pub(crate) control_tower: bool,
     /// For how long the vehicle has flown by now.
     pub(crate) flown: Duration,
+}
+
+/// The fields that say less than they will, since this monitor has heard too little yet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Unheard {
+    /// Not known, and that may just be too early.
+    pub(crate) unknown: Fields,
+    /// Silences of sources that it has never heard: they may have lasted for longer.
+    pub(crate) silences: Fields,
 }
 
 /// One source.
@@ -178,6 +190,8 @@ pub(crate) struct Sources {
     mission_manager: Option<Time>,
     control_tower: Option<Time>,
     first_heard: Option<Time>,
+    /// From the first sample of any source until one that was never heard is silent, in the seconds of a rule.
+    absent_after: Positive,
     pace: Pace,
 }
 
@@ -215,6 +229,7 @@ impl Sources {
             mission_manager: None,
             control_tower: None,
             first_heard: None,
+            absent_after: config.absent_after_s,
             pace,
         }
     }
@@ -318,19 +333,58 @@ impl Sources {
         }
     }
 
-    /// Whether this source was heard, if only by the monitor before this one.
-    pub(crate) fn was_ever_heard(&self, source: DataSource) -> bool {
+    /// Whether there is no such source in this flight, as far as this monitor and the one before it have heard.
+    fn never_existed(&self, source: DataSource) -> bool {
         let by_one_before = match source {
             DataSource::GroundLink => self.before.ground_link,
             DataSource::ControlTower => self.before.control_tower,
             _ => false,
         };
-        by_one_before || self.last_update(source).is_some()
+        source.is_optional() && !by_one_before && self.last_update(source).is_none()
     }
 
-    /// When the first of the vehicle's sources was first heard.
-    pub(crate) fn first_heard(&self) -> Option<Time> {
-        self.first_heard
+    /// For how long a source has brought nothing new, in the seconds of a rule; `None` where there is none. One that was never heard is
+    /// silent since others are heard, after a while in which it might just be late.
+    pub(crate) fn silent_s(&self, source: DataSource, now: Time) -> Option<f64> {
+        if self.never_existed(source) {
+            return None;
+        }
+        let silent = |since: Time| (now - since).saturating_sub(self.away_since(since));
+        let silent = match self.last_update(source) {
+            Some(update) => silent(update.at),
+            None => self.first_heard.map(silent).filter(|it| self.absent_after(source) <= *it).unwrap_or_default(),
+        };
+        Some(counted_s(self.pace, source, silent))
+    }
+
+    /// When a rule reads that a source has been silent for `silent_s`, if nothing new arrives.
+    pub(crate) fn silent_at(&self, source: DataSource, silent_s: f64) -> Option<Time> {
+        if self.never_existed(source) {
+            return None;
+        }
+        let reached = reached_after(self.pace, source, silent_s);
+        let (since, after) = match self.last_update(source) {
+            Some(update) => (update.at, reached),
+            None => (self.first_heard?, reached.max(self.absent_after(source))),
+        };
+        Some(since + after + self.away_since(since))
+    }
+
+    fn absent_after(&self, source: DataSource) -> Duration {
+        reached_after(self.pace, source, self.absent_after.get())
+    }
+
+    /// The fields of `snapshot` that say less than they will.
+    pub(crate) fn unheard(&self, snapshot: &Snapshot, now: Time) -> Unheard {
+        let absent_after = self.pace.limit(self.absent_after.seconds());
+        let is_early = self.first_heard.is_none_or(|first| now < first + absent_after);
+        let is_unknown = |field: &Field| is_early && snapshot.get(*field).is_none();
+        let is_unheard = |field: &Field| {
+            let source = field.silence().filter(|_| snapshot.get(*field).is_some());
+            source.is_some_and(|it| self.last_update(it).is_none())
+        };
+        let all = || Field::ALL.iter().copied();
+        Unheard { unknown: Fields::of(all().filter(is_unknown)), silences: Fields::of(all().filter(is_unheard)) }
     }
 
     /// When `source` last brought something new; `None`: it was never heard.
@@ -368,7 +422,7 @@ impl Sources {
     }
 
     /// For how long this process did not run at a time since then.
-    pub(crate) fn away_since(&self, time: Time) -> Duration {
+    fn away_since(&self, time: Time) -> Duration {
         self.away.longest_since(time)
     }
 

@@ -2,21 +2,16 @@
 
 use std::time::Duration;
 
-use domain::contingency::rule::DataSource;
-use domain::measured::{Measured, Unit};
+use domain::contingency::source::DataSource;
+use domain::measured::Measured;
 use domain::time::{LONGEST_FLIGHT, Time};
 use domain::wire::{InvalidMessage, duration};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
 
 use crate::derived::{Derived, derived};
-use crate::flag::{Flag, FlagChange, Injection, RaisedFlag};
+use crate::flag::{Flag, Injection, Level, RaisedFlag};
 use crate::sources::{Before, Sample, Sources};
-
-/// The monitor's name in the events that it sends.
-const MONITOR: &str = "monitor";
-/// The injector's name in its events.
-const INJECTOR: &str = "injector";
 
 /// The sample in a message; `None` where the message comes from no source.
 pub(crate) fn sample(message: Message) -> Result<Option<Sample>, InvalidMessage> {
@@ -37,10 +32,11 @@ pub(crate) fn sample(message: Message) -> Result<Option<Sample>, InvalidMessage>
     }))
 }
 
-/// What the injector says about a flag; `None` for an event of anybody else.
-pub(crate) fn injection(event: v1::FlagEvent) -> Option<Injection> {
-    let v1::FlagEvent { name, raised, source, reason, .. } = event;
-    (source == INJECTOR).then_some(Injection { flag: name, raised, reason })
+/// What somebody says by hand about a flag.
+impl From<v1::FlagEvent> for Injection {
+    fn from(event: v1::FlagEvent) -> Injection {
+        Injection { flag: event.name, raised: event.raised, reason: event.reason }
+    }
 }
 
 /// Why an injection is refused: the table has no row for its flag.
@@ -49,22 +45,16 @@ pub(crate) fn unknown_flag(name: &str) -> InvalidMessage {
     InvalidMessage::OutOfRange { field: "name", value: format!("{name:?}"), expected }
 }
 
-/// The event of a flag that its rule raised or cleared.
-pub(crate) fn flag_event(change: FlagChange) -> v1::FlagEvent {
-    let FlagChange { name, raised, evidence } = change;
-    v1::FlagEvent {
-        name,
-        raised,
-        source: MONITOR.into(),
-        reason: evidence.reason,
-        value: evidence.value,
-        threshold: evidence.threshold,
-        unit: evidence.unit.map_or("", Unit::symbol).to_owned(),
+/// Everything that is known at `now`; `flags_changed` if it is published since a flag has risen or fallen.
+pub(crate) fn introspection(now: Time, sources: &Sources, flags: &[Flag], flags_changed: bool) -> v1::Introspection {
+    let (mut up, mut undecided) = (Vec::new(), Vec::new());
+    for flag in flags {
+        match flag.level(now) {
+            Level::Up(it) => up.push(it.into()),
+            Level::Undecided(name) => undecided.push(name.to_owned()),
+            Level::Down => {}
+        }
     }
-}
-
-/// Everything that is known at `now`.
-pub(crate) fn introspection(now: Time, sources: &Sources, flags: &[Flag]) -> v1::Introspection {
     v1::Introspection {
         status: sources.status.latest().cloned().map(Into::into),
         attitude: sources.attitude.latest().copied().map(Into::into),
@@ -74,8 +64,10 @@ pub(crate) fn introspection(now: Time, sources: &Sources, flags: &[Flag]) -> v1:
         battery: sources.battery.latest().copied().map(Into::into),
         ages: Some(ages(now, sources)),
         derived: derived(now, sources).map(Into::into),
-        flags: flags.iter().filter_map(|it| it.raised(now)).map(Into::into).collect(),
+        flags: up,
         wind: sources.wind(now).map(Into::into),
+        undecided_flags: undecided,
+        flags_changed,
     }
 }
 
@@ -111,6 +103,7 @@ impl From<RaisedFlag<'_>> for v1::RaisedFlag {
             value: measured.map(Measured::value),
             threshold: measured.map(Measured::threshold),
             unit: measured.map_or("", |it| it.unit().symbol()).to_owned(),
+            rise: flag.rise,
         }
     }
 }

@@ -28,7 +28,7 @@ function itemsOf(doc) {
   const taken = active.map((it) => ({ ...it, active: true, acts: doc.contingencies.acting === it.flag }));
   const others = flags
     .filter((it) => !active.some((row) => row.flag === it.name))
-    .map((it) => ({ flag: it.name, priority: Infinity, sinceS: it.sinceS, reason: it.reason, source: it.source }));
+    .map((it) => ({ flag: it.name, priority: Infinity, sinceS: it.sinceS, reason: it.reason }));
   return [...taken.sort((a, b) => a.priority - b.priority), ...others];
 }
 

@@ -178,7 +178,6 @@ impl Node for Gateway {
             Topic::Introspection,
             Topic::SkillEvent,
             Topic::SkillFeedback,
-            Topic::FlagEvent,
             Topic::PermissionLedger,
             Topic::PlannerStatus,
             Topic::McmStatus,

@@ -275,7 +275,9 @@ async fn a_stream_replays_the_journal_and_goes_on_live() {
     events.expect(&["decision one", "status"]).await;
     world.decide("two");
     world.say(v1::SkillEvent { skill_id: 7, ..Default::default() });
-    world.say(v1::FlagEvent { name: "wind".into(), raised: true, ..Default::default() });
+    let flag = v1::RaisedFlag { name: "wind".into(), ..Default::default() };
+    world.say(v1::Introspection::default());
+    world.say(v1::Introspection { flags: vec![flag], ..Default::default() });
     world.say(v1::PermissionLedger {
         permissions: vec![v1::Permission { area: "a".into(), ..Default::default() }],
         ..Default::default()
@@ -386,7 +388,8 @@ async fn every_event_is_as_it_is_described() {
     world.say(v1::McmStatus { mission_time_s: Some(1.0), report: Some(Default::default()), ..Default::default() });
     world.decide("one");
     world.say(v1::SkillEvent::default());
-    world.say(v1::FlagEvent::default());
+    world.say(v1::Introspection::default());
+    world.say(v1::Introspection { flags: vec![v1::RaisedFlag::default()], ..Default::default() });
     let permissions = vec![v1::Permission::default()];
     world.say(v1::PermissionLedger { permissions, ..Default::default() });
     world.say(v1::PlannerStatus { objectives: vec![v1::Objective::default()], ..Default::default() });

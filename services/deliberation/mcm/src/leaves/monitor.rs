@@ -1,4 +1,4 @@
-//! Takes in messages of the monitor: the newest introspection, and flags. Raises flags, never lowers one.
+//! Takes in the monitor's newest introspection. Raises flags, never lowers one.
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
 

@@ -5,8 +5,11 @@ use domain::measured::{Measured, Unit};
 use domain::time::Time;
 use kittiwake_proto::topics::Topic;
 
-use super::unknown_flags::shortened;
+use super::news::MONITOR;
 use super::{SELF, World};
+
+/// Of a name that has no row, which may be as long as a message.
+const MOST_CHARACTERS: usize = 64;
 
 impl World {
     /// Takes in the monitor's messages since the last tick: the newest introspection, and flags. Returns when the
@@ -25,12 +28,12 @@ impl World {
         for flag in self.news.take_flags() {
             if self.flags.number(&flag.name).is_none() {
                 // Counted with what the heartbeat calls malformed: a name that nobody knows cannot be acted on.
-                self.outbox.refuse(Topic::FlagEvent, format_args!("flag `{}` has no row", shortened(&flag.name)));
-            }
-            if flag.raised {
-                self.raise_by(&flag.name, flag.source, flag.reason, flag.measured);
+                let name: String = flag.name.chars().take(MOST_CHARACTERS).collect();
+                self.outbox.refuse(Topic::Introspection, format_args!("flag `{name}` has no row"));
+            } else if flag.raised {
+                self.raise_by(&flag.name, MONITOR, flag.reason, flag.measured);
             } else {
-                self.flags.condition_gone(&flag.name, &flag.source);
+                self.flags.condition_gone(&flag.name, MONITOR);
             }
         }
         self.watch_control();

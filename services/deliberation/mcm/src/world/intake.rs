@@ -1,8 +1,6 @@
 //! Messages and replies, parsed as they come in. Content that makes no sense is refused here, with its reason, and
 //! changes nothing.
 
-use std::time::Duration;
-
 use domain::decision::DecisionKind;
 use domain::permission::Permission;
 use domain::plan::{PlanReply, PlannerStatus, Step};
@@ -14,7 +12,7 @@ use node::{CallError, CallId};
 use signed_permissions::belief::{Taken, ToAsk, Why};
 
 use super::World;
-use super::news::{FlagNews, ListedFlag};
+use super::news::{Level, ListedFlag};
 use crate::clients::planner::{ApprovalPolicy, NoAnswer, Question};
 use crate::clients::skills::Reply;
 use crate::journal::{Cause, Said};
@@ -48,20 +46,11 @@ impl World {
                 let vehicle = Vehicle::from_wire(now, &introspection, &mut self.flight);
                 self.told.hear(&introspection, now);
                 let flags = std::mem::take(&mut introspection.flags).into_iter();
-                let told = self.told;
-                let judged_after = |name: &str| match self.table.row(name) {
-                    Some(row) => told.judged_after(row, &introspection),
-                    None => Some(Duration::ZERO),
-                };
-                self.news.list(flags.map(listed).collect(), now, self.limits.introspection, judged_after);
+                let undecided = std::mem::take(&mut introspection.undecided_flags).into_iter().collect();
+                self.news.compare(Level { up: flags.map(listed).collect(), undecided });
                 if let Some(vehicle) = vehicle? {
                     self.news.add_vehicle(vehicle);
                 }
-            }
-            Message::FlagEvent(flag) => {
-                let v1::FlagEvent { name, raised, source, reason, value, threshold, unit } = flag;
-                let measured = decision::measured(value, threshold, &unit);
-                self.news.add_flag(FlagNews { name, raised, source, reason, measured }, now);
             }
             Message::SkillEvent(event) => {
                 let event = SkillEvent::try_from(event)?;
@@ -218,8 +207,8 @@ fn asking_about(line: ToAsk) -> Said {
 }
 
 fn listed(flag: v1::RaisedFlag) -> ListedFlag {
-    let v1::RaisedFlag { name, reason, value, threshold, unit, .. } = flag;
-    ListedFlag { name, reason, measured: decision::measured(value, threshold, &unit) }
+    let v1::RaisedFlag { name, reason, value, threshold, unit, rise, .. } = flag;
+    ListedFlag { name, rise, reason, measured: decision::measured(value, threshold, &unit) }
 }
 
 fn plan_reply(result: Result<Response, CallError>) -> Result<PlanReply, NoAnswer> {

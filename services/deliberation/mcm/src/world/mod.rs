@@ -61,7 +61,6 @@ mod situation;
 mod start;
 mod status;
 mod steps;
-mod unknown_flags;
 mod ways;
 
 pub(crate) use airspace::WhatMayBeEntered;
@@ -83,7 +82,6 @@ use responses::ActiveResponse;
 pub(crate) use responses::Reset;
 pub(crate) use status::Reporter;
 pub(crate) use steps::NextStep;
-use unknown_flags::UnknownFlags;
 pub(crate) use ways::{Stay, WayOut};
 
 /// The source of flags that the manager raises itself.
@@ -103,7 +101,6 @@ pub(crate) struct World {
     flight: FlightJudge,
     confirmed: ConfirmedState,
     flags: Flags,
-    unknown_flags: UnknownFlags,
     skills: Skills,
     planner: Planner,
     permissions: Permissions,
@@ -192,7 +189,6 @@ impl World {
             now: Now::default(),
             limits,
             flags: Flags::of(&table),
-            unknown_flags: UnknownFlags::default(),
             table: Arc::new(table),
             library,
             news: News::default(),

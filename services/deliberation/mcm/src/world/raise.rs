@@ -1,12 +1,11 @@
 //! What raises a flag in the manager.
 
 use domain::contingency::{OPERATOR_PAUSE as PAUSE, Then};
-use domain::decision::DecisionKind;
 use domain::measured::Measured;
 
 use super::orders::SOURCE;
 use super::{SELF, World};
-use crate::journal::{CONTINGENCY, Cause, Entry, Said};
+use crate::journal::Entry;
 
 impl World {
     /// Raises a flag that has a row; of one without a row only the first event is recorded.
@@ -23,11 +22,7 @@ impl World {
         measured: Option<Measured>,
     ) {
         match self.flags.number(name) {
-            None => {
-                if let Some(text) = self.unknown_flags.meet(name) {
-                    self.record(Said::new(CONTINGENCY, DecisionKind::Note, text).led_to_by(Cause::Nothing));
-                }
-            }
+            None => {}
             // The touchdown that it is about stays what it was.
             Some(row) if self.table.rows()[row].then == Then::Crashed && self.crash.is_some() => {}
             Some(row) => {

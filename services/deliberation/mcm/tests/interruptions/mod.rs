@@ -246,7 +246,7 @@ fn a_skill_that_flies_although_its_answer_got_lost_is_cancelled() {
 }
 
 #[test]
-fn a_flag_whose_event_got_lost_is_seen_in_the_introspection_and_falls_with_it() {
+fn a_flag_is_up_while_an_introspection_lists_it() {
     let (mut rig, _) = under_way();
     rig.listed_flags(&["local_position_stale"]);
     rig.wait(0.1);
@@ -278,34 +278,34 @@ fn what_is_listed_since_before_the_takeoff_and_counts_only_in_the_air_counts_the
 }
 
 #[test]
-fn a_flag_that_a_restarted_monitor_does_not_find_again_is_gone() {
+fn a_flag_of_which_a_restarted_monitor_knows_nothing_yet_stays_up_until_it_does() {
     let (mut rig, _) = under_way();
-    rig.flag_of("monitor", "local_position_stale", true);
-    rig.listed_flags(&["local_position_stale"]);
+    rig.flag("local_position_stale", true);
     let stop = rig.execute();
     rig.wait(0.1);
     rig.end(&stop, Succeeded, "");
     rig.story();
-    // The event that lowers it never comes: its sender is dead. The next one finds nothing within the time that it may need for that.
     rig.listed_flags(&[]);
+    rig.undecided_flags(&["local_position_stale"]);
     rig.monitor_started();
-    rig.wait(0.1);
+    rig.wait(60.0);
     assert_eq!(rig.story(), "");
-    rig.wait(3.0);
+    rig.undecided_flags(&[]);
+    rig.wait(0.1);
     let story = rig.story();
     assert!(story.starts_with("replan after 1"), "{story}");
 }
 
 #[test]
-fn a_pause_that_the_monitor_has_not_heard_of_yet_goes_on() {
+fn a_pause_by_hand_goes_on_until_it_is_lowered() {
     let (mut rig, _) = under_way();
-    rig.flag_of("injector", "operator_pause", true);
+    rig.flag("operator_pause", true);
     let stop = rig.execute();
     rig.end(&stop, Succeeded, "");
     rig.story();
     rig.wait(1.0);
     assert_eq!(rig.story(), "");
-    rig.flag_of("injector", "operator_pause", false);
+    rig.flag("operator_pause", false);
     assert!(rig.story().starts_with("replan after 1"));
 }
 

@@ -74,27 +74,24 @@ fn the_time_of_the_mission_goes_on() {
 
 #[test]
 fn a_flag_that_fell_meanwhile_is_down() {
-    for source in ["monitor", "injector"] {
-        let (mut rig, _) = under_way();
-        rig.listed_flags(&["obstacle"]);
-        rig.flag_of(source, "obstacle", true);
-        rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
-        rig.listed_flags(&[]);
-        let mut rig = rig.started_again();
-        rig.wait(1.0);
-        assert_eq!(rig.story(), "start stop");
-        rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
-        rig.execute();
-        rig.end_present(Succeeded);
-        assert_eq!(rig.story(), "replan after 0 () []\nstart stop", "{source}");
-    }
+    let (mut rig, _) = under_way();
+    rig.flag("obstacle", true);
+    rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
+    rig.listed_flags(&[]);
+    let mut rig = rig.started_again();
+    rig.wait(1.0);
+    assert_eq!(rig.story(), "start stop");
+    rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
+    rig.execute();
+    rig.end_present(Succeeded);
+    assert_eq!(rig.story(), "replan after 0 () []\nstart stop");
 }
 
 #[test]
 fn a_flag_that_stays_up_until_the_landing_does_so() {
     let (mut rig, _) = under_way();
-    rig.flag_of("monitor", "battery_low", true);
-    rig.flag_of("monitor", "battery_low", false);
+    rig.flag("battery_low", true);
+    rig.flag("battery_low", false);
     let mut rig = rig.started_again();
     rig.wait(1.0);
     assert_eq!(rig.story(), "start fly 0 50 15");
@@ -125,7 +122,7 @@ fn a_crash_counts_in_every_mission_until_the_vehicle_was_inspected() {
     assert_eq!((reply.done, &*reply.text), (true, "the vehicle may fly again: start the mission"));
     let mut rig = rig.started_again();
     rig.vehicle(false, Loiter, (0.0, 50.0, 0.0));
-    rig.flag_of("monitor", "crashed", true);
+    rig.flag("crashed", true);
     rig.wait(1.0);
     assert_eq!((rig.status().uninspected_crash.as_str(), rig.status().report.is_some()), ("", false));
     assert!(!rig.command(Verb::Inspected(v1::Inspected {})).done, "it was inspected");
@@ -135,12 +132,12 @@ fn a_crash_counts_in_every_mission_until_the_vehicle_was_inspected() {
     rig.wait(1.0);
     assert_eq!(rig.story(), "replan after 0 () []");
     // It falls again, from less than a metre.
-    rig.flag_of("monitor", "crashed", false);
+    rig.flag("crashed", false);
     rig.vehicle(true, Loiter, (0.0, 50.0, 0.8));
     rig.vehicle(false, Loiter, (0.0, 50.0, 0.0));
-    rig.flag_of("monitor", "crashed", true);
+    rig.flag("crashed", true);
     rig.wait(1.0);
-    assert_eq!(rig.status().uninspected_crash, "`crashed`: ");
+    assert_eq!(rig.status().uninspected_crash, "`crashed`: by hand");
 }
 
 #[test]

@@ -91,6 +91,9 @@ pub struct Rig {
     timestamp_us: u64,
     /// Flags that the introspection lists.
     listed: Vec<v1::RaisedFlag>,
+    undecided: Vec<String>,
+    /// How often a flag has risen.
+    rises: u64,
     /// The local frame that the vehicle is in, and how far north of the home of the stories it has its origin, in metres.
     pub frame: (u64, f64),
     /// What the autopilot flies by a failsafe of its own, in place of the mode of [`Rig::vehicle`]; and whether it misses setpoints.
@@ -193,6 +196,8 @@ impl Rig {
             wind: None,
             timestamp_us: 0,
             listed: Vec::new(),
+            undecided: Vec::new(),
+            rises: 0,
             frame: (0, 0.0),
             failsafe: None,
             together: false,
@@ -217,6 +222,7 @@ impl Rig {
         rig.has_heard_planner = true;
         (rig.now, rig.flying, rig.mode, rig.position) = (self.now, self.flying, self.mode, self.position);
         (rig.timestamp_us, rig.listed, rig.gripper) = (self.timestamp_us, self.listed, self.gripper);
+        rig.rises = self.rises;
         (rig.frame, rig.failsafe) = (self.frame, self.failsafe);
         rig.act();
         rig
@@ -280,6 +286,7 @@ impl Rig {
                 ..Default::default()
             }),
             flags: self.listed.clone(),
+            undecided_flags: self.undecided.clone(),
             wind: self.wind,
             ..Default::default()
         }
@@ -324,18 +331,37 @@ impl Rig {
         self.event(Event::Peer { vehicle, service, instance, alive: true });
     }
 
+    /// The monitor raises a flag, or has it down from now on, and says so at once.
     pub fn flag(&mut self, name: &str, raised: bool) {
-        self.say(v1::FlagEvent { name: name.into(), raised, reason: "by hand".into(), ..Default::default() });
+        self.listed.retain(|it| it.name != name);
+        if raised {
+            self.raise(v1::RaisedFlag { name: name.into(), reason: "by hand".into(), ..Default::default() });
+        } else {
+            self.say_flags();
+        }
     }
 
-    pub fn flag_of(&mut self, source: &str, name: &str, raised: bool) {
-        self.say(v1::FlagEvent { name: name.into(), raised, source: source.into(), ..Default::default() });
+    /// The monitor raises a flag, and says so at once.
+    pub fn raise(&mut self, flag: v1::RaisedFlag) {
+        self.rises += 1;
+        self.listed.push(v1::RaisedFlag { rise: self.rises, ..flag });
+        self.say_flags();
+    }
+
+    /// The monitor says how its flags stand, and nothing of the vehicle.
+    fn say_flags(&mut self) {
+        self.say(v1::Introspection { flags: self.listed.clone(), flags_changed: true, ..Default::default() });
     }
 
     /// From the next introspection on the monitor lists these flags.
     pub fn listed_flags(&mut self, names: &[&str]) {
         let listed = |name: &&str| v1::RaisedFlag { name: name.to_string(), ..Default::default() };
         self.listed = names.iter().map(listed).collect();
+    }
+
+    /// From the next introspection on the monitor cannot say whether these flags are up.
+    pub fn undecided_flags(&mut self, names: &[&str]) {
+        self.undecided = names.iter().map(|it| it.to_string()).collect();
     }
 
     /// All events of `happens` arrive in one batch.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use domain::time::Pace;
-use kittiwake_proto::topics::{Message, Topic};
+use kittiwake_proto::topics::Topic;
 use kittiwake_proto::v1;
 use proptest::prelude::*;
 
@@ -25,15 +25,15 @@ enum Step {
 const RULES: &[(&str, &str)] = &[
     (
         "energy",
-        "{ fact = 'below', value = 'battery-remaining', threshold = 0.4, clear = 0.6, for_s = 0.0, during = 'always' }",
+        "when = 'known(battery.charge_percent) and battery.charge_percent < 40 %'\nclear_when = 'battery.charge_percent >= 60 %'",
     ),
     (
         "accuracy",
-        "{ fact = 'above', value = 'horizontal-accuracy', threshold = 6.0, clear = 4.0, for_s = 0.2, during = 'flying' }",
+        "when = 'known(position.horizontal_deviation_m) and position.horizontal_deviation_m > 6 m'\nclear_when = 'position.horizontal_deviation_m <= 4 m'\nfor_s = 0.2\nduring = 'flying'",
     ),
-    ("gnss", "{ fact = 'reported', condition = 'gnss-lost', for_s = 0.1, during = 'armed' }"),
-    ("battery_stale", "{ fact = 'stale', source = 'battery', after_s = 0.3, during = 'always' }"),
-    ("position_stale", "{ fact = 'stale', source = 'local-position', after_s = 0.3, during = 'armed' }"),
+    ("gnss", "when = 'known(gnss.lost) and gnss.lost'\nfor_s = 0.1\nduring = 'armed'"),
+    ("battery_stale", "when = 'battery.silent_s >= 0.3 s'"),
+    ("position_stale", "when = 'position.silent_s >= 0.3 s'\nduring = 'armed'"),
 ];
 
 fn step() -> impl Strategy<Value = Step> {
@@ -52,7 +52,6 @@ fn step() -> impl Strategy<Value = Step> {
     ]
 }
 
-/// Takes the step. An event of the injector is put in its place among those of the monitor.
 fn take(rig: &mut Rig, step: &Step) {
     let vehicle = &mut rig.vehicle;
     match step {
@@ -75,12 +74,7 @@ fn take(rig: &mut Rig, step: &Step) {
             let land_detected = vehicle.land_detected;
             rig.hear([land_detected.into()]);
         }
-        Step::Inject { flag, raised } => {
-            let (name, source) = (flag.to_string(), "injector".to_string());
-            let event = v1::FlagEvent { name, raised: *raised, source, ..Default::default() };
-            rig.said.push((rig.now(), event.clone().into()));
-            rig.hear([event.into()]);
-        }
+        Step::Inject { flag, raised } => rig.inject(flag, *raised),
         Step::Wait(ms) => rig.wait(s(*ms as f64 / 1000.0)),
         Step::Stall(ms) => rig.stall(s(*ms as f64 / 1000.0)),
         Step::Fly(samples) => rig.fly(f64::from(*samples) / 100.0),
@@ -94,7 +88,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn the_introspection_lists_what_was_raised_and_not_cleared(
+    fn every_change_of_the_list_is_published_at_once_and_no_flag_is_listed_twice(
         steps in prop::collection::vec(step(), 1..60),
         speed in prop::sample::select(vec![1.0, 20.0]),
     ) {
@@ -103,24 +97,34 @@ proptest! {
             take(&mut rig, step);
         }
         let known = RULES.iter().map(|(flag, _)| *flag).chain(["transition_failed"]).collect::<BTreeSet<_>>();
-        // Source and name of every flag that is up.
-        let mut up = BTreeSet::<(String, String)>::new();
-        for (at, message) in &rig.said {
-            match message {
-                Message::FlagEvent(it) => {
-                    let key = (it.source.clone(), it.name.clone());
-                    let changed = if it.raised { up.insert(key) } else { up.remove(&key) };
-                    prop_assert!(changed || it.source == "injector", "two events for one change of {} at {at:?}", it.name);
-                    prop_assert!(!it.reason.is_empty() || it.source == "injector");
-                }
-                Message::Introspection(it) => {
-                    let listed: Vec<_> = it.flags.iter().map(|it| it.name.as_str()).collect();
-                    let expected: BTreeSet<_> =
-                        up.iter().map(|(_, name)| name.as_str()).filter(|it| known.contains(it)).collect();
-                    prop_assert_eq!(listed.iter().copied().collect::<BTreeSet<_>>(), expected, "at {:?}", at);
-                    prop_assert_eq!(listed.len(), listed.iter().collect::<BTreeSet<_>>().len());
-                }
-                other => prop_assert!(false, "{other:?}"),
+        let mut before = BTreeSet::new();
+        for (at, it) in rig.introspections() {
+            let listed: BTreeSet<_> = it.flags.iter().map(|it| (it.name.clone(), it.rise)).collect();
+            prop_assert_eq!(it.flags.len(), it.flags.iter().map(|it| &it.name).collect::<BTreeSet<_>>().len());
+            prop_assert!(it.flags.iter().all(|it| known.contains(it.name.as_str()) && !it.reason.is_empty()));
+            prop_assert!(it.undecided_flags.iter().all(|name| it.flags.iter().all(|flag| flag.name != *name)));
+            // An injection is published although it may change nothing.
+            prop_assert!(listed == before || it.flags_changed, "{listed:?} after {before:?} at {at:?}");
+            before = listed;
+        }
+    }
+
+    #[test]
+    fn a_flag_that_has_risen_is_listed_for_a_tenth_of_a_second(
+        charges in prop::collection::vec((0.0..=1.0, 0_u64..40), 1..60),
+    ) {
+        let mut rig = Rig::with(&table(&RULES[..1]), Pace::REAL_TIME);
+        for (remaining, wait_ms) in charges {
+            let battery = v1::BatteryStatus { remaining, ..rig.vehicle.battery };
+            rig.hear([battery.into()]);
+            rig.wait(s(wait_ms as f64 / 1000.0));
+        }
+        let mut rose = None;
+        for change in rig.changes() {
+            if change.raised.is_some() {
+                rose = Some(change.at);
+            } else if let Some(rose) = rose.take() {
+                prop_assert!(s(0.1) <= change.at - rose);
             }
         }
     }

@@ -1,5 +1,6 @@
 //! A monitor, its clock, and a vehicle whose sensors are never without noise.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
@@ -42,14 +43,9 @@ pub(crate) struct Rig {
 }
 
 impl Rig {
-    /// With one flag `watched` that `rule`, an inline TOML table, raises.
-    pub(crate) fn watching(rule: &str) -> Rig {
-        Rig::with(&table(&[("watched", rule)]), Pace::REAL_TIME)
-    }
-
-    /// With one flag `watched` that an expression raises; `keys` are lines of its row.
-    pub(crate) fn watching_when(keys: &str) -> Rig {
-        Rig::with(&table_of_rows(&format!("flag = 'watched'\npriority = 1\n{keys}\n")), Pace::REAL_TIME)
+    /// With one flag `watched`; `keys` are the lines of its row that raise it.
+    pub(crate) fn watching(keys: &str) -> Rig {
+        Rig::with(&table(&[("watched", keys)]), Pace::REAL_TIME)
     }
 
     pub(crate) fn with(table: &Contingencies, pace: Pace) -> Rig {
@@ -104,20 +100,43 @@ impl Rig {
     }
 
     pub(crate) fn inject(&mut self, name: &str, raised: bool) {
-        let event = v1::FlagEvent { name: name.into(), raised, source: "injector".into(), ..Default::default() };
-        self.hear([event.into()]);
+        self.hear([v1::FlagEvent { name: name.into(), raised, ..Default::default() }.into()]);
     }
 
-    /// What the monitor said about its flags: `3.000 watched up: <reason>`.
+    /// What the monitor said about its flags, without the rule: `3.000 watched up: <values>`.
     pub(crate) fn story(&self) -> Vec<String> {
-        let line = |(at, it): (Time, &v1::FlagEvent)| {
-            format!("{:.3} {} {}: {}", at.as_secs_f64(), it.name, if it.raised { "up" } else { "down" }, it.reason)
-        };
-        self.events().map(line).collect()
+        let values = |line: String| line.split("; the rule is").next().unwrap_or_default().to_owned();
+        self.story_with_rules().into_iter().map(values).collect()
     }
 
-    pub(crate) fn events(&self) -> impl Iterator<Item = (Time, &v1::FlagEvent)> {
-        self.said.iter().filter_map(|(at, it)| if let Message::FlagEvent(it) = it { Some((*at, it)) } else { None })
+    /// The same with the rule.
+    pub(crate) fn story_with_rules(&self) -> Vec<String> {
+        let line = |it: &Change| match &it.raised {
+            Some(flag) => format!("{:.3} {} up: {}", it.at.as_secs_f64(), it.name, flag.reason),
+            None => format!("{:.3} {} down", it.at.as_secs_f64(), it.name),
+        };
+        self.changes().iter().map(line).collect()
+    }
+
+    /// The rises and falls by the lists of the introspections.
+    pub(crate) fn changes(&self) -> Vec<Change> {
+        let (mut changes, mut up) = (Vec::new(), BTreeMap::new());
+        for (at, it) in self.introspections() {
+            let listed: BTreeMap<_, _> = it.flags.iter().map(|it| (it.name.clone(), it.clone())).collect();
+            let fallen = up.keys().filter(|name| !listed.contains_key(*name));
+            changes.extend(fallen.map(|name: &String| Change { at, name: name.clone(), raised: None }));
+            let rose =
+                |it: &&v1::RaisedFlag| up.get(&it.name).is_none_or(|before: &v1::RaisedFlag| before.rise != it.rise);
+            let risen = it.flags.iter().filter(rose);
+            changes.extend(risen.map(|it| Change { at, name: it.name.clone(), raised: Some(it.clone()) }));
+            up = listed;
+        }
+        changes
+    }
+
+    /// Whether the flag has risen or fallen, each time.
+    pub(crate) fn changes_of(&self, flag: &str) -> Vec<bool> {
+        self.changes().iter().filter(|it| it.name == flag).map(|it| it.raised.is_some()).collect()
     }
 
     pub(crate) fn introspections(&self) -> impl Iterator<Item = (Time, &v1::Introspection)> {
@@ -150,6 +169,14 @@ impl Rig {
     fn moment(&self) -> Now {
         Now { time: self.now, utc_ms: self.utc_ms }
     }
+}
+
+/// A flag has risen or fallen.
+pub(crate) struct Change {
+    pub(crate) at: Time,
+    pub(crate) name: String,
+    /// As it is listed first; `None`: it fell.
+    pub(crate) raised: Option<v1::RaisedFlag>,
 }
 
 /// The vehicle, with the samples that it sends next.
@@ -289,16 +316,16 @@ pub(crate) fn monitor(table: &Contingencies, pace: Pace) -> Monitor {
     Monitor::new(&toml::from_str(CONFIG).unwrap(), table, pace)
 }
 
-/// A table of flags, each with its rule as an inline TOML table.
+/// A table of flags, each with the lines of its row that raise it.
 pub(crate) fn table(flags: &[(&str, &str)]) -> Contingencies {
     let mut text = String::new();
-    for (priority, (flag, rule)) in flags.iter().enumerate() {
+    for (priority, (flag, keys)) in flags.iter().enumerate() {
         text += &format!(
             "
             [[contingency]]
             flag = '{flag}'
             priority = {priority}
-            raise = {rule}
+            {keys}
             actions = ['stop']
             emergency = 'stop'
             clears = 'with-condition'
@@ -307,13 +334,6 @@ pub(crate) fn table(flags: &[(&str, &str)]) -> Contingencies {
         );
     }
     read(Source { path: "table.toml".into(), text: testing::table(&text) })
-}
-
-/// A table of one row with these lines, which stops the vehicle.
-fn table_of_rows(row: &str) -> Contingencies {
-    let stop = "actions = ['stop']\nemergency = 'stop'\nclears = 'with-condition'\nthen = 'resume'\n";
-    let text = testing::table(&format!("[[contingency]]\n{row}{stop}"));
-    read(Source { path: "table.toml".into(), text })
 }
 
 /// A table whose actions all have a tree.

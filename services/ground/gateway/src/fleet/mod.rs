@@ -197,7 +197,8 @@ impl VehicleState {
                 self.status = seen(Status::from(status.clone()).known_since(now, before.as_ref()), status);
             }
             Message::Introspection(introspection) => {
-                self.flags.on_listed(now, &introspection.flags);
+                let changes = self.flags.on_listed(now, &introspection.flags);
+                changes.into_iter().map(Occurrence::Flag).for_each(&mut occurred);
                 self.add_to_track(now, &introspection);
                 self.introspection = seen(now, introspection);
             }
@@ -206,10 +207,6 @@ impl VehicleState {
                 occurred(Occurrence::Skill(event));
             }
             Message::SkillFeedback(feedback) => self.skills.on_feedback(feedback),
-            Message::FlagEvent(event) => {
-                self.flags.on_event(now, &event);
-                occurred(Occurrence::Flag(event));
-            }
             Message::PermissionLedger(ledger) => {
                 let before = self.ledger.as_ref().map(|it| (&*it.message, now - it.at));
                 let ledger = ledger::with_part(before, ledger);
@@ -221,7 +218,6 @@ impl VehicleState {
                 self.planner = seen(now, status);
             }
             Message::McmStatus(status) => {
-                self.flags.on_contingencies(&status.contingencies);
                 occurrence::report(message_of(&self.mcm), &status).map(&mut occurred);
                 self.track.of_mission(status.began_utc_ms);
                 self.mcm = seen(now, status);
@@ -237,6 +233,7 @@ impl VehicleState {
             // Not subscribed to: the monitor's aggregate contains these data, and no operator reads timing marks.
             Message::McmTiming(_)
             | Message::SkillControl(_)
+            | Message::FlagEvent(_)
             | Message::GroundContact(_)
             | Message::VehicleCommand(_)
             | Message::OffboardControlMode(_)

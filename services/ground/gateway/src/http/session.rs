@@ -3,8 +3,8 @@
 use axum::Extension;
 use axum::extract::State;
 use axum::response::Response;
-use domain::contingency::rule::DataSource;
-use domain::contingency::{Row, Rule};
+use domain::contingency::Row;
+use domain::contingency::snapshot::Field;
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::session::{Threshold, WithoutContact};
 
@@ -30,29 +30,20 @@ pub(crate) async fn session(State(site): State<Site>, Extension(request): Extens
 /// comparison of a field with a constant.
 pub(crate) fn thresholds(rows: &[Row]) -> Vec<Threshold> {
     let of_row = |row: &Row| {
-        let (quantity, value, above) = match (row.raise, &row.when) {
-            (Some(Rule::Below { value, threshold, .. }), _) => (value.name(), threshold, false),
-            (Some(Rule::Above { value, threshold, .. }), _) => (value.name(), threshold, true),
-            (Some(Rule::Reported { .. } | Rule::Stale { .. }), _) | (None, None) => return None,
-            (None, Some(when)) => {
-                let threshold = when.raises.threshold()?;
-                (threshold.field.name(), threshold.value, threshold.above)
-            }
-        };
-        Some(Threshold { flag: row.flag.clone(), quantity: quantity.to_owned(), value, above })
+        let threshold = row.when.as_ref()?.raises.threshold()?;
+        let (quantity, value, above) = (threshold.field.name().to_owned(), threshold.value, threshold.above);
+        let is_level = threshold.field.silence().is_none();
+        is_level.then(|| Threshold { flag: row.flag.clone(), quantity, value, above })
     };
     rows.iter().filter_map(of_row).collect()
 }
 
 /// What a vehicle does that does not hear the ground in flight, the earliest first.
 pub(crate) fn without_contact(rows: &[Row]) -> Vec<WithoutContact> {
-    let of_row = |row: &Row| match row.raise? {
-        Rule::Stale { source: DataSource::GroundLink, after_s, .. } => Some(WithoutContact {
-            flag: row.flag.clone(),
-            after_s: after_s.get(),
-            response: row.severity().in_words().to_owned(),
-        }),
-        _ => None,
+    let of_row = |row: &Row| {
+        let silence = row.when.as_ref()?.raises.threshold().filter(|it| it.field == Field::LinkSilence)?;
+        let (flag, response) = (row.flag.clone(), row.severity().in_words().to_owned());
+        Some(WithoutContact { flag, after_s: silence.value, response })
     };
     let mut responses: Vec<_> = rows.iter().filter_map(of_row).collect();
     responses.sort_by(|a, b| a.after_s.total_cmp(&b.after_s));
@@ -66,16 +57,16 @@ mod tests {
     use domain::file::Source;
     use domain::testing;
 
-    fn row(priority: usize, flag: &str, raise: &str) -> String {
+    fn row(priority: usize, flag: &str, when: &str) -> String {
         format!(
-            "[[contingency]]\nflag = \"{flag}\"\npriority = {priority}\nraise = {{ {raise} }}\nactions = [\"stop\"]\n\
+            "[[contingency]]\nflag = \"{flag}\"\npriority = {priority}\nwhen = \"{when}\"\nactions = [\"stop\"]\n\
              emergency = \"stop\"\nclears = \"after-action\"\nthen = \"resume\"\n"
         )
     }
 
     #[test]
     fn what_a_vehicle_does_without_contact_is_told_in_the_order_in_which_it_happens() {
-        let silence = |s| format!("fact = \"stale\", source = \"ground-link\", after_s = {s}, during = \"flying\"");
+        let silence = |s| format!("known(link.silent_s) and link.silent_s >= {s} s");
         let text = testing::table(&(row(1, "link_gone", &silence(120)) + &row(2, "link_lost", &silence(10))));
         let table = Contingencies::read(&Source { path: "c.toml".into(), text }, &testing::ACTIONS).unwrap();
         let rows = without_contact(table.rows());
@@ -85,48 +76,13 @@ mod tests {
 
     #[test]
     fn an_expression_that_is_one_comparison_has_a_threshold() {
-        let of = |priority: usize, flag: &str, when: &str| {
-            row(priority, flag, "").replace("raise = {  }", &format!("when = \"{when}\""))
-        };
         let text = testing::table(
-            &(of(1, "wind_too_strong", "known(wind.speed_m_s) and wind.speed_m_s > 14 m/s")
-                + &of(2, "far_and_low", "position.height_m < 5 m and position.distance_home_m > 1 km")),
+            &(row(1, "wind_too_strong", "known(wind.speed_m_s) and wind.speed_m_s > 14 m/s")
+                + &row(2, "battery_stale", "battery.silent_s >= 1 s")
+                + &row(3, "far_and_low", "position.height_m < 5 m and position.distance_home_m > 1 km")),
         );
         let table = Contingencies::read(&Source { path: "c.toml".into(), text }, &testing::ACTIONS).unwrap();
         let (flag, quantity) = ("wind_too_strong".to_owned(), "wind.speed_m_s".to_owned());
         assert_eq!(thresholds(table.rows()), [Threshold { flag, quantity, value: 14.0, above: true }]);
-    }
-
-    #[test]
-    fn a_threshold_has_the_words_of_the_table() {
-        let rule = |fact: &str, quantity: &str| {
-            format!(
-                "fact = \"{fact}\", value = \"{quantity}\", threshold = 0.5, clear = 0.5, for_s = 1, during = \"always\""
-            )
-        };
-        let quantities = [
-            ("below", "battery-remaining"),
-            ("below", "battery-voltage"),
-            ("above", "battery-temperature"),
-            ("above", "horizontal-accuracy"),
-            ("above", "vertical-accuracy"),
-            ("above", "height"),
-            ("above", "distance-home"),
-            ("above", "ground-speed"),
-            ("above", "touchdown-speed"),
-            ("above", "tilt"),
-        ];
-        let mut text =
-            row(1, "battery_stale", "fact = \"stale\", source = \"battery\", after_s = 1, during = \"always\"");
-        let mut expected = Vec::new();
-        // A later row is more urgent.
-        for (n, (fact, quantity)) in quantities.into_iter().enumerate() {
-            text += &row(100 - n, &format!("flag_{n}"), &rule(fact, quantity));
-            let (flag, quantity) = (format!("flag_{n}"), quantity.to_owned());
-            expected.insert(0, Threshold { flag, quantity, value: 0.5, above: fact == "above" });
-        }
-        let text = testing::table(&text);
-        let table = Contingencies::read(&Source { path: "c.toml".into(), text }, &testing::ACTIONS).unwrap();
-        assert_eq!(thresholds(table.rows()), expected);
     }
 }

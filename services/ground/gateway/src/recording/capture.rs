@@ -284,7 +284,7 @@ mod tests {
         }
         check(1.0, || v1::Introspection::default().into(), 100);
         check(20.0, || v1::Introspection::default().into(), 100);
-        check(1.0, || v1::FlagEvent::default().into(), 1000);
+        check(1.0, || v1::SkillEvent::default().into(), 1000);
     }
 
     #[test]

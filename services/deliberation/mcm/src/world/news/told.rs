@@ -2,8 +2,6 @@
 
 use std::time::Duration;
 
-use domain::contingency::rule::{DataSource, During};
-use domain::contingency::{Row, Rule};
 use domain::time::{LONGEST_FLIGHT, Time};
 use kittiwake_proto::v1;
 
@@ -49,31 +47,6 @@ impl Told {
     fn flight_time(&self, now: Time) -> Duration {
         self.flight.map_or(Duration::ZERO, |(at, flown)| flown.saturating_add(now - at).min(LONGEST_FLIGHT))
     }
-
-    /// How long a monitor that was started again must be heard before that it does not list the flag of this row says that the flag has
-    /// fallen; `None`: it says nothing, however long.
-    pub(in crate::world) fn judged_after(self, row: &Row, introspection: &v1::Introspection) -> Option<Duration> {
-        let says_nothing = row.raise.is_some_and(|rule| self.is_lost(rule, introspection));
-        (!says_nothing).then(|| row.raised_within())
-    }
-
-    /// Whether the rule is about the silence of a source that was heard, though never by the monitor that runs now, in a situation in which that counts:
-    /// it may have fallen silent before this monitor was started. Of every other source a monitor knows by itself that it is silent.
-    fn is_lost(self, rule: Rule, introspection: &v1::Introspection) -> bool {
-        let Rule::Stale { source, during, .. } = rule else { return false };
-        let counts = match during {
-            During::Always => true,
-            During::Armed => introspection.status.as_ref().is_none_or(|it| it.armed),
-            During::Flying => introspection.derived.is_none_or(|it| it.flying),
-        };
-        let ages = introspection.ages.unwrap_or_default();
-        let (was_heard, age_s) = match source {
-            DataSource::GroundLink => (self.ground_link, ages.ground_link_s),
-            DataSource::ControlTower => (self.control_tower, ages.control_tower_s),
-            _ => return false,
-        };
-        counts && was_heard && age_s.is_none()
-    }
 }
 
 #[cfg(test)]
@@ -82,32 +55,6 @@ mod tests {
 
     fn at_s(s: u64) -> Time {
         Time::after(Duration::from_secs(s))
-    }
-
-    #[test]
-    fn that_a_flag_about_a_source_that_was_lost_is_not_listed_says_nothing_as_long_as_it_counts() {
-        #[track_caller]
-        fn check(told: Told, source: DataSource, ages: v1::SourceAges, flying: Option<bool>, expected: bool) {
-            let rule = Rule::Stale { source, after_s: 10.0.try_into().unwrap(), during: During::Flying };
-            let derived = flying.map(|flying| v1::Derived { flying, ..Default::default() });
-            let introspection = v1::Introspection { ages: Some(ages), derived, ..Default::default() };
-            assert_eq!(told.is_lost(rule, &introspection), expected);
-        }
-        let link = v1::SourceAges { ground_link_s: Some(0.1), ..Default::default() };
-        let tower = v1::SourceAges { control_tower_s: Some(0.1), ..Default::default() };
-        let both = Told { ground_link: true, control_tower: true, flight: None };
-        check(both, DataSource::GroundLink, link, Some(true), false);
-        check(both, DataSource::GroundLink, tower, Some(true), true);
-        check(both, DataSource::GroundLink, tower, None, true);
-        check(both, DataSource::GroundLink, tower, Some(false), false);
-        check(both, DataSource::ControlTower, tower, Some(true), false);
-        check(both, DataSource::ControlTower, link, Some(true), true);
-        check(both, DataSource::Planner, v1::SourceAges::default(), Some(true), false);
-        // Who never had one has lost none: the flag was raised by hand.
-        let neither = Told::default();
-        check(neither, DataSource::GroundLink, tower, Some(true), false);
-        check(neither, DataSource::ControlTower, link, Some(true), false);
-        check(Told { ground_link: true, ..neither }, DataSource::ControlTower, link, Some(true), false);
     }
 
     #[test]

@@ -155,11 +155,10 @@ async fn read_mission(State(site): Shared, Extension(request): Authorized) -> An
 }
 
 async fn inject_flag(State(site): Shared, Extension(request): Authorized) -> Answer {
-    let mut flag: v1::FlagEvent = read(&request.body)?;
+    let flag: v1::FlagEvent = read(&request.body)?;
     if flag.name.is_empty() {
         return Err(invalid_member("/name", "`name` is missing"));
     }
-    flag.source = "injector".to_owned();
     let text = format!("flag `{}` {}", flag.name, if flag.raised { "raised" } else { "cleared" });
     let order = Order::Publish { vehicle: request.vehicle()?.clone(), message: Message::from(flag) };
     if !site.api.orders.send(order) {

@@ -4,46 +4,35 @@ use std::time::Duration;
 
 use toml::Spanned;
 
-use super::expression::{Expression, Problem};
-use super::rule::During;
-use super::when::When;
+use super::{Entry, former};
+use crate::contingency::expression::{Expression, Problem};
+use crate::contingency::when::{During, When};
 use crate::file::{Mistake, Source};
 
 /// The longest time for which an expression must hold or be over, in seconds.
 const LONGEST_S: f64 = 3600.0;
 
-/// The keys of a row with an expression, as they were read.
-pub(super) struct WhenEntry<'a> {
-    pub(super) flag: &'a str,
-    pub(super) has_raise: bool,
-    pub(super) when: Option<&'a Spanned<String>>,
-    pub(super) clear_when: Option<&'a Spanned<String>>,
-    pub(super) for_s: Option<&'a Spanned<f64>>,
-    pub(super) clears_after_s: Option<&'a Spanned<f64>>,
-    pub(super) during: Option<&'a Spanned<During>>,
-}
-
 /// The expression of a row; `None` where it has none, or what is wrong with it was reported as a mistake.
-pub(super) fn read(source: &Source, entry: &WhenEntry<'_>, mistakes: &mut Vec<Mistake>) -> Option<When> {
-    let Some(raises) = entry.when else {
+pub(super) fn read(source: &Source, entry: &Entry, mistakes: &mut Vec<Mistake>) -> Option<When> {
+    if let Some(raise) = &entry.raise {
+        mistakes.push(former::mistake(source, raise));
+        return None;
+    }
+    let Some(raises) = &entry.when else {
         check_alone(source, entry, mistakes);
         return None;
     };
-    if entry.has_raise {
-        let message = format!("`{}` is raised by `raise` and by `when`", entry.flag);
-        mistakes.push(source.mistake(Some(raises.span()), message, "leave one of them out, or make two rows"));
-    }
-    let hold = seconds(source, entry.for_s, "for_s", mistakes);
-    let clears_after = seconds(source, entry.clears_after_s, "clears_after_s", mistakes);
+    let hold = seconds(source, entry.for_s.as_ref(), "for_s", mistakes);
+    let clears_after = seconds(source, entry.clears_after_s.as_ref(), "clears_after_s", mistakes);
     let raised_by = expression(source, raises, mistakes);
-    let cleared_by = entry.clear_when.map(|text| expression(source, text, mistakes));
+    let cleared_by = entry.clear_when.as_ref().map(|text| expression(source, text, mistakes));
     let clears = match cleared_by {
         Some(text) => Some(text?),
         None => None,
     };
-    let during = entry.during.map_or(During::Always, |it| *it.as_ref());
+    let during = entry.during.as_ref().map_or(During::Always, |it| *it.as_ref());
     let when = When { raises: raised_by?, clears, hold, clears_after, during };
-    if let Some(text) = entry.clear_when.filter(|_| when.contradicts_itself()) {
+    if let Some(text) = entry.clear_when.as_ref().filter(|_| when.contradicts_itself()) {
         let help = "`clear_when` lies at the threshold of `when` or on its safe side";
         mistakes.push(source.mistake(Some(text.span()), "this rule would clear while it still holds", help));
     }
@@ -51,18 +40,17 @@ pub(super) fn read(source: &Source, entry: &WhenEntry<'_>, mistakes: &mut Vec<Mi
 }
 
 /// Without `when` the keys that belong to it say nothing.
-fn check_alone(source: &Source, entry: &WhenEntry<'_>, mistakes: &mut Vec<Mistake>) {
+fn check_alone(source: &Source, entry: &Entry, mistakes: &mut Vec<Mistake>) {
     let keys = [
-        ("clear_when", entry.clear_when.map(Spanned::span)),
-        ("for_s", entry.for_s.map(Spanned::span)),
-        ("clears_after_s", entry.clears_after_s.map(Spanned::span)),
-        ("during", entry.during.map(Spanned::span)),
+        ("clear_when", entry.clear_when.as_ref().map(Spanned::span)),
+        ("for_s", entry.for_s.as_ref().map(Spanned::span)),
+        ("clears_after_s", entry.clears_after_s.as_ref().map(Spanned::span)),
+        ("during", entry.during.as_ref().map(Spanned::span)),
     ];
     for (key, span) in keys {
         if span.is_some() {
-            let message = format!("`{key}` belongs to an expression, and `{}` has no `when`", entry.flag);
-            let help = "add `when = \"...\"`; in a row with `raise` these keys are inside of its braces";
-            mistakes.push(source.mistake(span, message, help));
+            let message = format!("`{key}` belongs to an expression, and `{}` has no `when`", entry.flag.as_ref());
+            mistakes.push(source.mistake(span, message, "add `when = \"...\"`"));
         }
     }
 }
@@ -99,9 +87,9 @@ fn expression(source: &Source, text: &Spanned<String>, mistakes: &mut Vec<Mistak
 mod tests {
     use std::time::Duration;
 
-    use super::super::Contingencies;
-    use super::super::alarm::Alarm;
-    use super::super::rule::During;
+    use crate::contingency::Contingencies;
+    use crate::contingency::alarm::Alarm;
+    use crate::contingency::when::During;
     use crate::file::{Mistakes, Source};
     use crate::testing::{ACTIONS, check_mistake, table};
 
@@ -147,7 +135,7 @@ then = "resume"
         assert_eq!(when.clears.as_ref().map(|it| it.text()), Some("wind.speed_m_s < 10 m/s"));
         assert_eq!((when.hold, when.clears_after), (Duration::from_secs(5), Duration::from_millis(2500)));
         assert_eq!((when.during, row.alarm, row.source.as_deref()), (During::Flying, Alarm::Advisory, Some("ENG")));
-        assert!(row.is_watched() && row.raise.is_none());
+        assert!(row.is_watched());
         let obstacle = table.row("obstacle").unwrap();
         assert_eq!((obstacle.alarm, obstacle.is_watched()), (Alarm::Caution, false));
         assert_eq!(table.row("operator_abort").unwrap().alarm, Alarm::Warning);
@@ -186,11 +174,6 @@ then = "resume"
             "emergency = \"land\"",
             "emergency = \"return_home\"",
             "c.toml:23:13: `wind_too_strong` brings the vehicle down",
-        );
-        check(
-            "when = \"wind",
-            "raise = { fact = \"stale\", source = \"battery\", after_s = 1.0, during = \"flying\" }\nwhen = \"wind",
-            "c.toml:18:8: `wind_too_strong` is raised by `raise` and by `when`",
         );
         check(
             "when = \"wind.speed_m_s > 12 m/s and vehicle.armed\"\n",
