@@ -34,6 +34,13 @@ fn is_quiet(simulation: &mut Simulation<'_>) {
     assert_eq!(simulation.breaches(), [], "\n{}", simulation.decision_log());
 }
 
+/// These processes die, and are started again with what they had saved.
+fn restart(simulation: &mut Simulation<'_>, dead: &[&str]) {
+    for process in dead {
+        simulation.restart(process, Duration::from_millis(400), Memory::Kept);
+    }
+}
+
 /// How far the vehicle is from here a minute later, over ground in metres.
 fn moves_in_a_minute(simulation: &mut Simulation<'_>) -> f64 {
     let from = simulation.position().unwrap();
@@ -104,6 +111,28 @@ fn a_pilot_who_takes_over_while_the_skill_manager_hangs_is_not_fought_when_it_is
 }
 
 #[test]
+fn a_pilot_who_has_the_vehicle_is_not_fought_by_processes_that_are_started_again() {
+    #[track_caller]
+    fn check(dies: impl FnOnce(&mut Simulation<'_>)) {
+        let mut simulation = at("step 4 of 5", 10);
+        // In a mode that Kittiwake commands, too.
+        simulation.inject_fault("pilot_takes_over", &["hold"]);
+        assert!(simulation.fly_until("flag `somebody_else_flies` raised", Duration::from_secs(5)));
+        dies(&mut simulation);
+        simulation.pass(Duration::from_secs(60));
+        assert_eq!(simulation.responder(), "somebody_else_flies", "\n{}", simulation.decision_log());
+        assert_eq!(simulation.breaches(), [], "\n{}", simulation.decision_log());
+        simulation.order(resume());
+        simulation.pass(Duration::from_secs(10));
+        assert!(!simulation.is_up("somebody_else_flies"), "\n{}", simulation.decision_log());
+    }
+    check(|it| restart(it, &["mcm"]));
+    check(|it| it.restart("mcm", Duration::from_millis(400), Memory::Lost));
+    check(|it| restart(it, &["skill-manager"]));
+    check(|it| restart(it, &["mcm", "skill-manager"]));
+}
+
+#[test]
 fn an_area_that_is_revoked_does_not_fight_a_pilot() {
     let mut simulation = at("step 4 of 5", 12);
     simulation.inject_fault("pilot_takes_over", &["hold"]);
@@ -128,9 +157,7 @@ fn a_failsafe_that_begins_while_processes_are_dead_is_left_alone_by_those_who_co
     #[track_caller]
     fn check(dead: &[&str]) {
         let mut simulation = at("step 4 of 5", 5);
-        for process in dead {
-            simulation.restart(process, Duration::from_millis(400), Memory::Kept);
-        }
+        restart(&mut simulation, dead);
         simulation.inject_fault("autopilot_failsafe", &["hold", "geofence"]);
         simulation.pass(Duration::from_secs(10));
         let moved_m = moves_in_a_minute(&mut simulation);
