@@ -137,8 +137,8 @@ topics! {
     SkillControl "skill/control" Transition;
     /// 10 Hz while a skill executes.
     SkillFeedback "skill/feedback" State;
-    /// 100 Hz, and at once when a flag rises or falls.
-    Introspection "monitor/introspection" Sampled;
+    /// 100 Hz, and at once when a flag rises or falls: more urgent than what it is made of.
+    Introspection "monitor/introspection" State;
     /// A flag is raised or lowered by hand: by tests, measurements and the operators of a simulation.
     FlagEvent "monitor/flag" Transition;
     /// What the control tower has decided.

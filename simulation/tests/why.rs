@@ -62,7 +62,7 @@ fn each_decision_has_a_number_a_time_and_a_cause_before_it() {
 #[test]
 fn each_fault_is_told_with_its_value_and_what_was_done() {
     let records = flight();
-    for (flag, unit, response) in [("local_position_stale", "s", "stop"), ("battery_low", "ratio", "divert")] {
+    for (flag, unit, response) in [("local_position_stale", "s", "stop"), ("battery_low", "%", "divert")] {
         let raised = last(&records, DecisionKind::ContingencyRaised, flag);
         assert_eq!((raised.parent, raised.unit.as_str()), (0, unit), "{raised:?}");
         let answered = last(&records, DecisionKind::ContingencyAnswered, flag);
@@ -72,7 +72,7 @@ fn each_fault_is_told_with_its_value_and_what_was_done() {
         assert_eq!(cleared.parent, answered.sequence);
     }
     let low = last(&records, DecisionKind::ContingencyRaised, "battery_low");
-    assert!(low.threshold == Some(0.25) && low.value.is_some_and(|it| 0.1 < it && it < 0.25), "{low:?}");
+    assert!(low.threshold == Some(25.0) && low.value.is_some_and(|it| 10.0 < it && it < 25.0), "{low:?}");
     // By hand: nothing was measured.
     assert_eq!(last(&records, DecisionKind::ContingencyRaised, "obstacle").value, None);
     let place = last(&records, DecisionKind::SiteChosen, "battery_low");

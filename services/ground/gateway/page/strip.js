@@ -53,7 +53,7 @@ function cellsOf(doc) {
       value: number(battery ? battery.remaining * 100 : null),
       unit: "%",
       note: battery ? `${number(battery.voltageV, 1)} V  ${number(battery.currentA, 0)} A` : "",
-      tone: battery ? beyondThreshold("battery-remaining", battery.remaining) : null,
+      tone: battery ? beyondThreshold("battery.charge_percent", 100 * battery.remaining) : null,
     },
     { label: "Height", value: number(derived?.heightM, 1), unit: "m", note: `climb ${number(derived?.climbRateMS, 1)} m/s` },
     { label: "Ground speed", value: number(derived?.groundSpeedMS, 1), unit: "m/s", note: `course ${number(courseOf(localPosition))}°, heading ${number(heading)}°` },
@@ -113,11 +113,11 @@ function energyCell(doc) {
   };
 }
 
-/** `bad` beyond the most urgent threshold of the contingency table, `warn` beyond another, else nothing. */
+/** `bad` beyond a threshold of the contingency table, `warn` beyond no more than the last of several, which acts first; else nothing. */
 function beyondThreshold(quantity, value) {
   const thresholds = (store.session?.thresholds ?? []).filter((it) => it.quantity === quantity);
   const index = thresholds.findIndex((it) => (it.above ? value > it.value : value < it.value));
-  return index < 0 ? null : index === 0 ? "bad" : "warn";
+  return index < 0 ? null : 0 < index && index === thresholds.length - 1 ? "warn" : "bad";
 }
 
 /** Reported traffic: the distance of the nearest aircraft. */
