@@ -38,7 +38,7 @@ fn a_request_may_leave_out_what_an_answer_always_has() {
     for sent in ["kittiwake.v1.LandAt", "kittiwake.v1.Ned"] {
         assert_eq!((all[sent].get("required"), &all[sent]["additionalProperties"]), (None, &json!(false)), "{sent}");
     }
-    assert_eq!(all["kittiwake.v1.Vehicle.Flag"]["required"], json!(["name", "sinceS", "reason", "source"]));
+    assert_eq!(all["kittiwake.v1.Vehicle.Flag"]["required"], json!(["name", "sinceS", "reason"]));
     assert_eq!(all["kittiwake.v1.CommandAuthority"]["required"], json!([]));
     assert_eq!(
         all["kittiwake.v1.Problem"]["properties"]["missing"]["additionalProperties"],

@@ -166,7 +166,7 @@ fn each_of_twenty_changed_tables_and_trees_is_refused_and_the_place_is_said() {
             "`obstacle` holds, and its flag falls on the ground alone",
         ),
         (row("battery_low", "for_s = 1.0", "for_s = 0.0"), 1, "`battery_low` is raised by the first sample"),
-        (row("battery_low", "clear = 0.30", "clear = 0.10"), 2, "this rule would clear while it still holds"),
+        (row("battery_low", "percent >= 30 %", "percent >= 10 %"), 2, "this rule would clear while it still holds"),
         (row("obstacle", "actions = [\"stop\"", "actions = [\"stopp\""), 2, "there is no action `stopp`"),
         (row("link_lost", "\"cruise\"", "\"cruising\""), 2, "unknown variant `cruising`"),
         (row("wind_high", "> 10 m/s", "> 10 degC"), 2, "contingencies.toml:"),

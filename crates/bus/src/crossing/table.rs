@@ -240,7 +240,7 @@ mod tests {
             "`bulk`",
         );
         check("name = \"health\"\n", "name = \"health\"\nrate_hz = 1.0\n", "1.0", "cannot be thinned");
-        check("name = \"monitor/flag\"\n", "name = \"monitor/flag\"\nrate_hz = 1.0\n", "1.0", "not to be thinned");
+        check("name = \"ground/contact\"\n", "name = \"ground/contact\"\nrate_hz = 1.0\n", "1.0", "not to be thinned");
         check("bulk = \"background\"", "bulk = \"later\"", "\"later", "unknown variant `later`");
         check("queue_batches = 16", "queue_batches = 17", "17", "expected 1 to 16");
         check("largest_message_bytes = 12000", "largest_message_bytes = 13000", "13000", "does not fit");
