@@ -180,7 +180,7 @@ impl Node for Gateway {
             Topic::SkillFeedback,
             Topic::FlagEvent,
             Topic::PermissionLedger,
-            Topic::PlannerStatus,
+            Topic::MissionStatus,
             Topic::McmStatus,
             Topic::DecisionRecord,
             Topic::TreeSnapshot,

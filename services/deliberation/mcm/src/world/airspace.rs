@@ -124,14 +124,9 @@ impl World {
         }
     }
 
-    /// Whether the mission's areas are known; else no way is known to be free, until the planner is heard.
-    pub(crate) fn knows_areas(&self) -> bool {
-        self.planner.known_areas().is_known()
-    }
-
-    /// The mission's file has these areas.
-    pub(crate) fn expect_areas(&mut self, areas: &[Area]) {
-        self.planner.known_areas_mut().expect(areas);
+    /// Flies this mission, nothing of which has been attempted.
+    pub(crate) fn begin_mission(&mut self, mission: &domain::mission::Mission) {
+        self.planner.begin_mission(mission);
     }
 
     pub(super) fn grants(&self) -> Grants {
@@ -243,7 +238,7 @@ impl World {
             Some(_) if self.flight_phase() == Phase::Landing && matches!(self.way_out(), Some(WayOut::Stays(_))) => {}
             Some(breach) => self.raise(AREA_BREACHED, SELF, breach.in_words()),
             // One that was up before a restart is not known to be over yet.
-            None if self.permissions.awaits_first_ledger(self.now.time) || !self.knows_areas() => {}
+            None if self.permissions.awaits_first_ledger(self.now.time) => {}
             None => self.flags.condition_gone(AREA_BREACHED, SELF),
         }
         let step = self.planner.step();

@@ -184,8 +184,7 @@ impl World {
     }
 
     fn sites(&self) -> impl Iterator<Item = Ned> {
-        let status = self.planner.status();
-        let on_ground = status.into_iter().flat_map(|it| &it.objectives).filter(|it| !it.objective.flying);
+        let on_ground = self.planner.status().objectives.iter().filter(|it| !it.objective.flying);
         let of_mission = self.mission_sites().iter().map(|it| it.position);
         let of_mission = of_mission.chain(on_ground.map(|it| it.objective.position));
         [Ned::default()].into_iter().chain(self.operator.landing_site()).chain(of_mission)

@@ -11,9 +11,9 @@ use domain::consumption::Consumption;
 use domain::contingency::Contingencies;
 use domain::contingency::narrowing::Narrowing;
 use domain::decision::DecisionKind;
+use domain::geodesy::Origin;
 use domain::geometry::Ned;
 use domain::mission::{MissionOutcome, MissionReport};
-use domain::site::Site;
 use domain::skill::Goal;
 use domain::state::State;
 use domain::time::{Now, Time};
@@ -22,7 +22,7 @@ use kittiwake_proto::v1;
 use node::{Effect, Token};
 
 use crate::clients::permissions::Permissions;
-use crate::clients::planner::Planner;
+use crate::clients::planner::{Planner, Viewpoint};
 use crate::clients::skills::{Handle, Progress, Skills};
 use crate::config::Limits;
 use crate::flags::Flags;
@@ -41,6 +41,7 @@ mod ground;
 mod intake;
 mod memory;
 mod mission_clock;
+mod mission_requests;
 mod narrowing;
 mod news;
 mod next_flight;
@@ -67,6 +68,7 @@ use crash::Crash;
 use ground::UnplannedLanding;
 use memory::Memory;
 use mission_clock::MissionClock;
+use mission_requests::MissionRequests;
 pub(crate) use narrowing::{Barrier, NarrowedGoal};
 use news::{News, Told};
 use operator::Operator;
@@ -76,7 +78,6 @@ pub(crate) use response_way::ResponseWay;
 use responses::ActiveResponse;
 pub(crate) use responses::{Reset, Waits};
 pub(crate) use status::Reporter;
-pub(crate) use steps::NextStep;
 use unknown_flags::UnknownFlags;
 pub(crate) use ways::{Stay, WayOut};
 
@@ -103,6 +104,7 @@ pub(crate) struct World {
     permissions: Permissions,
     mission: Mission,
     operator: Operator,
+    requests: MissionRequests,
     memory: Memory,
     airspace_watch: AirspaceWatch,
     alternates: Alternates,
@@ -143,8 +145,6 @@ pub(crate) struct World {
     crash: Option<Crash>,
     /// Where landings have failed.
     blocked_sites: Vec<Ned>,
-    /// The mission's sites as they were before a restart, until the planner is heard.
-    remembered_sites: Vec<Site>,
     /// A transition action flies.
     in_transition: bool,
     /// What it tells of the time since the mission was begun.
@@ -163,8 +163,8 @@ struct Mission {
     started_s: Option<f64>,
     report: Option<MissionReport>,
     vehicle_name: String,
-    /// The planner's epoch when it ended; `None` until then, and until the planner is heard.
-    ended_epoch: Option<u64>,
+    /// It has ended, and another one was uploaded since, which can be begun.
+    is_next_uploaded: bool,
     /// It is another flight's, and the tree has not begun again for it yet.
     begins_again: bool,
 }
@@ -202,6 +202,7 @@ impl World {
             permissions: Permissions::new(vehicle_name, instance),
             mission: Mission { vehicle_name: vehicle_name.to_owned(), ..Mission::default() },
             operator: Operator::default(),
+            requests: MissionRequests::default(),
             memory: Memory::default(),
             airspace_watch: AirspaceWatch::default(),
             alternates: Alternates::default(),
@@ -226,7 +227,6 @@ impl World {
             unplanned_landing: None,
             crash: None,
             blocked_sites: Vec::new(),
-            remembered_sites: Vec::new(),
             in_transition: false,
             clock: MissionClock::default(),
             outbox: Outbox::default(),
@@ -317,6 +317,23 @@ impl World {
         })
     }
 
+    /// From where and when plans are made; `None` as long as they cannot be.
+    fn viewpoint_of_plans(&self) -> Option<Viewpoint> {
+        Some(Viewpoint { at: self.mission_now(), state: self.planning_state()?, origin: self.origin() })
+    }
+
+    /// Now, by the mission's clock.
+    fn mission_now(&self) -> Now {
+        Now { time: self.clock.mission_time(self.now.time), utc_ms: self.now.utc_ms }
+    }
+
+    /// Where the vehicle's local frame has its origin. An estimator keeps it in flight, so a vehicle that is armed and says nothing has not
+    /// lost it.
+    fn origin(&self) -> Option<Origin> {
+        let vehicle = self.vehicle?;
+        vehicle.origin.or_else(|| self.planner.planned_from().filter(|_| vehicle.armed))
+    }
+
     /// Why the mission is over, if it is.
     pub(crate) fn over(&self) -> Option<&str> {
         self.mission.over.as_ref().map(|over| over.reason.as_str())
@@ -339,7 +356,6 @@ impl World {
         let (now, Limits { request_timeout, skill_silence, .. }) = (self.now.time, self.limits);
         self.skills.flush(self.now.time, self.sending(), request_timeout, &mut self.outbox);
         self.skills.tend(now, skill_silence, request_timeout, &mut self.outbox);
-        self.planner.tend(now, request_timeout, &mut self.outbox);
     }
 
     /// Publishes the decisions of this wake.
@@ -372,7 +388,6 @@ impl World {
 
     /// When something is due here, apart from the tree.
     pub(crate) fn deadline(&self) -> Option<Time> {
-        let wishes = [self.skills.deadline(self.limits.skill_silence), self.planner.deadline(self.now.time)];
-        wishes.into_iter().flatten().min()
+        self.skills.deadline(self.limits.skill_silence)
     }
 }

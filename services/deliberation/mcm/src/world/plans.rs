@@ -33,9 +33,6 @@ impl World {
         if self.awaits_start() {
             return PlanProgress::Awaited(self.await_go_ahead());
         }
-        if !self.memory.is_settled() {
-            return PlanProgress::Awaited(None);
-        }
         let now = self.now.time;
         let due = match self.planner.request() {
             PlanRequest::Proposed(_, until) if *until <= now => {
@@ -45,17 +42,7 @@ impl World {
             PlanRequest::Proposed(_, until) => return PlanProgress::Awaited(Some(*until)),
             PlanRequest::Asked(_) => return PlanProgress::Awaited(None),
             PlanRequest::Planned => return PlanProgress::Adopted,
-            // The planner's status may arrive a little after its answer.
-            PlanRequest::Finished(told_by) if !self.planner.all_settled() => {
-                if now < *told_by {
-                    return PlanProgress::Awaited(Some(*told_by));
-                }
-                let text = "the planner has answered that every objective is settled, and its status does not say so; asking again";
-                self.record(Said::new("plan", DecisionKind::PlanRejected, text));
-                self.planner.discard_finish();
-                return PlanProgress::Changed;
-            }
-            PlanRequest::Finished(_) => {
+            PlanRequest::Finished => {
                 self.end_with_objectives();
                 return PlanProgress::Finished;
             }
@@ -67,17 +54,10 @@ impl World {
         if now < due {
             return PlanProgress::Awaited(Some(due));
         }
-        let grants = self.grants_in_use();
-        if let Some(state) = self.planning_state()
-            && self.planner.ask_for_plan(
-                (state, self.basis()),
-                grants,
-                self.memory.accepted_loss(),
-                self.limits.arrival_radius_m,
-                self.limits.request_timeout,
-                &mut self.outbox,
-            )
-        {
+        if let Some(viewpoint) = self.viewpoint_of_plans() {
+            let known = (self.basis(), self.grants_in_use());
+            let (moved_m, timeout) = (self.limits.arrival_radius_m, self.limits.request_timeout);
+            self.planner.ask_for_plan(viewpoint, known, moved_m, timeout, &mut self.outbox);
             self.mission.started.get_or_insert(now);
             self.mission.started_s.get_or_insert(self.clock.go_on(now.as_secs_f64()));
         }
@@ -117,8 +97,7 @@ impl World {
     /// being asked for. It could prevent nothing but a takeoff, and none follows.
     pub(super) fn end_where_nothing_is_left(&mut self) {
         let goes_on = self.mission.over.is_some() || self.awaits_start() || self.responder().is_none();
-        let is_known = self.planner.status().is_some_and(|it| !it.objectives.is_empty());
-        if goes_on || !is_known || !self.planner.all_settled() {
+        if goes_on || !self.planner.mission().is_settled() {
             return;
         }
         let said = Said::new("plan", DecisionKind::PlanFinished, ALL_SETTLED);
@@ -127,7 +106,7 @@ impl World {
     }
 
     fn end_with_objectives(&mut self) {
-        let objectives = self.planner.status().into_iter().flat_map(|it| &it.objectives);
+        let objectives = self.planner.status().objectives.iter();
         let (required, optional): (Vec<_>, Vec<_>) = objectives.partition(|it| it.objective.terms.worth.is_none());
         match (failures(&required), failures(&optional)) {
             (None, None) => self.end_mission(MissionOutcome::Success, "every objective was achieved"),
