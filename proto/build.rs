@@ -17,11 +17,15 @@ const FILES: [&str; 11] = [
     "kittiwake/v1/view.proto",
 ];
 
+/// They may be megabytes, and are handed on as they are.
+const AREAS: [&str; 3] =
+    [".kittiwake.v1.PlanningBasis.areas", ".kittiwake.v1.EditReply.areas", ".kittiwake.v1.McmMemory.mission_areas"];
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("cargo:rerun-if-changed=kittiwake");
     let descriptors = protox::compile(FILES, ["."])?;
     let out = PathBuf::from(std::env::var("OUT_DIR")?);
     std::fs::write(out.join("descriptor.bin"), descriptors.encode_to_vec())?;
-    prost_build::Config::new().enable_type_names().compile_fds(descriptors)?;
+    prost_build::Config::new().enable_type_names().bytes(AREAS).compile_fds(descriptors)?;
     Ok(())
 }

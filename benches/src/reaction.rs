@@ -24,7 +24,6 @@ fn under_way() -> Rig {
     let mut rig = Rig::new();
     rig.plan(plan(&[step(1, fly(100.0), &[]), step(2, Goal::Land, &[])]));
     rig.execute();
-    rig.next(Some(step(2, Goal::Land, &[])));
     rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
     rig
 }

@@ -7,6 +7,12 @@ pub mod json;
 pub mod schema;
 pub mod topics;
 
+/// Bytes that are shared, not copied.
+pub use prost::bytes::Bytes;
+
+/// The version of the exchange between the mission manager and the planner: see `PlanningBasis`. Either refuses another one.
+pub const PLANNING_PROTOCOL: u32 = 2;
+
 /// The messages, as compiled from the `.proto` files.
 #[allow(missing_docs, clippy::all)]
 pub mod v1 {

@@ -143,8 +143,8 @@ topics! {
     FlagEvent "monitor/flag" Transition;
     /// What the control tower has decided.
     PermissionLedger "permission/ledger" Transition;
-    /// Objectives, areas and plan.
-    PlannerStatus "planner/status" Transition;
+    /// The mission: objectives, areas and plan.
+    MissionStatus "mission/status" Transition;
     /// What the mission manager does.
     McmStatus "mcm/status" Transition;
     /// What the mission manager decided and why.
@@ -235,14 +235,12 @@ services! {
     SkillTable "skill/table" SkillTableRequest => SkillTable;
     /// Ask for a plan.
     Replan "planner/replan" ReplanRequest => ReplanReply;
-    /// Fetch the step after the present one.
-    NextStep "planner/next" NextStepRequest => NextStepReply;
-    /// Say that a step has been flown.
-    StepDone "planner/done" StepDone => StepDoneReply;
+    /// Ask what a request about the mission comes to.
+    Edit "planner/edit" EditRequest => EditReply;
     /// Order something of the mission manager.
     OperatorCommand "mcm/command" OperatorCommand => OperatorReply;
     /// Read, try out or change the mission.
-    Mission "planner/mission" MissionRequest => MissionReply;
+    Mission "mission/request" MissionRequest => MissionReply;
     /// Ask to enter an area.
     Permission "permission/request" PermissionRequest => PermissionReceipt;
     /// Decide about an area by hand.

@@ -62,7 +62,7 @@ fn a_mistake_has_a_place() {
     check(json!({ "objective": { "position": { "eastM": 1, "northM": "far" } } }), Some("/objective/position/northM"));
     check(json!([]), None);
     let status = json!({ "objectives": [{ "name": "a" }, { "name": 7 }] });
-    assert_eq!(wrong_member::<v1::PlannerStatus>(&status).as_deref(), Some("/objectives/1/name"));
+    assert_eq!(wrong_member::<v1::MissionStatus>(&status).as_deref(), Some("/objectives/1/name"));
 }
 
 #[test]

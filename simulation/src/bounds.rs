@@ -54,7 +54,7 @@ impl Bounds {
     pub(crate) fn take_in(&mut self, at: Time, message: &Message, manager: &v1::McmStatus, flies: bool) {
         match message {
             // A plan leads as high as its objectives are.
-            Message::PlannerStatus(it) => {
+            Message::MissionStatus(it) => {
                 let heights = it.objectives.iter().filter_map(|it| it.position).map(|it| -it.down_m);
                 self.most_m = heights.fold(self.most_m, f64::max);
             }

@@ -235,28 +235,26 @@ impl Simulation<'_> {
         let (skills, rules, plans, flies) = (of(files), of(files), of(files), of(files));
         bus.add(
             on_board(),
-            starts.of_forgetful(move |_| skill_manager::SkillManager::new(&skills.skill_manager, pace)),
+            starts.of_forgetful(move |_, _| skill_manager::SkillManager::new(&skills.skill_manager, pace)),
         );
         bus.add(
             on_board(),
-            starts.of_forgetful(move |_| monitor::Monitor::new(&rules.monitor, &rules.contingencies, pace)),
+            starts.of_forgetful(move |_, _| monitor::Monitor::new(&rules.monitor, &rules.contingencies, pace)),
         );
         // Whether a manager can be made of these files is known after the first one.
         files.manager(setup.seed)?;
         let Setup { permissions, seed, .. } = *setup;
-        let flown = mission.clone();
         let manager = move |start: u64| {
             // As a process has one: unique among all starts.
             let instance = seed.wrapping_add(start << 32);
             let manager = flies.manager(instance).expect("these files have made one before");
-            let manager = manager.of_mission(&flown);
+            let manager = manager.of_mission(&mission);
             (manager.that_verifies_with(tower_key().public()), instance)
         };
-        let planner =
-            move |_: u64| planner::Planner::new(&plans.planner, &plans.energy, mission.clone(), Pace::REAL_TIME);
+        let planner = move || planner::Planner::new(&plans.planner, &plans.energy, Pace::REAL_TIME);
         match changes.tape {
             None => {
-                let planner = starts.of_resumable(move |start, _| planner(start));
+                let planner = starts.of_forgetful(move |_, _| planner());
                 match changes.lies {
                     Some(seed) => bus.add(on_board(), Lying::new(planner, seed)),
                     None => bus.add(on_board(), planner),
@@ -266,12 +264,12 @@ impl Simulation<'_> {
             // By their numbers in `recording::RECORDED`.
             Some(tape) => {
                 let of_planner = tape.clone();
-                let planner = move |start, now| recorded(planner(start), 1, &of_planner, start, now, start);
+                let planner = move |start, now| recorded(planner(), 1, &of_planner, start, now, start);
                 let manager = move |start, now| {
                     let (manager, instance) = manager(start);
                     recorded(manager, 0, &tape, start, now, instance)
                 };
-                bus.add(on_board(), starts.of_resumable(planner));
+                bus.add(on_board(), starts.of_forgetful(planner));
                 bus.add(on_board(), starts.of_resumable(manager));
             }
         }
@@ -329,7 +327,7 @@ impl Simulation<'_> {
     }
 
     /// The operator Anna makes a request about the mission. On the ground it says where the vehicle is, as the gateway does; in flight
-    /// the planner knows.
+    /// the mission manager knows.
     pub fn ask(&mut self, request: v1::mission_request::Request) {
         let request_id = self.request_id();
         let on_ground = || v1::PlanningState { position: self.position(), flying: false, ..Default::default() };

@@ -29,9 +29,6 @@ impl<N: Node> Lying<N> {
             let Effect::Reply { response, .. } = effect else { continue };
             match response {
                 Response::Replan(reply) if self.dice.sometimes(LIES) => self.answer(reply),
-                Response::NextStep(v1::NextStepReply { step: Some(step) }) if self.dice.sometimes(LIES) => {
-                    self.step(step);
-                }
                 _ => {}
             }
         }
@@ -44,7 +41,7 @@ impl<N: Node> Lying<N> {
         match self.dice.below(8) {
             0 => plan.steps.reverse(),
             1 => plan.steps.truncate(self.dice.below(plan.steps.len() as u64 + 1) as usize),
-            2 => plan.epoch = plan.epoch.wrapping_sub(1),
+            2 => reply.mission = None,
             3 => plan.steps.retain(|it| it.ask_permissions.is_empty()),
             _ => {
                 for at in 0..plan.steps.len() {

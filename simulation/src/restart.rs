@@ -54,10 +54,10 @@ impl Starts {
         successor(memory, now, self.count)
     }
 
-    /// A process that knows nothing of those before it. `make` is given the number of the start, 0 for the first.
-    pub(crate) fn of_forgetful<N: Node + 'static>(&mut self, make: impl Fn(u64) -> N + 'static) -> N {
-        let first = make(0);
-        self.successors.insert(first.name(), Box::new(move |_, _, start| Box::new(make(start))));
+    /// A process that knows nothing of those before it. `make` is given the number of the start, 0 for the first, and the time.
+    pub(crate) fn of_forgetful<N: Node + 'static>(&mut self, make: impl Fn(u64, Now) -> N + 'static) -> N {
+        let first = make(0, Now { time: Time::ZERO, utc_ms: 0 });
+        self.successors.insert(first.name(), Box::new(move |_, now, start| Box::new(make(start, now))));
         first
     }
 

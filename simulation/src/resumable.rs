@@ -2,10 +2,9 @@
 
 use control_tower::ControlTower;
 use domain::memory::MemoryLoss;
-use kittiwake_proto::v1::{McmMemory, PlannerMemory, TowerMemory};
+use kittiwake_proto::v1::{McmMemory, TowerMemory};
 use mcm::Mcm;
 use node::Node;
-use planner::Planner;
 use prost::{Message, Name};
 
 use crate::recording::{Input, Recorded, Sink};
@@ -14,6 +13,9 @@ use crate::recording::{Input, Recorded, Sink};
 pub trait Resumable: Node {
     /// The persisted state.
     type Memory: Message + Name + Default + PartialEq;
+
+    /// The form of its state, for the store: a state in an earlier form is not read.
+    const FORMAT: u32 = 1;
 
     /// The present state.
     fn memory(&self) -> Self::Memory;
@@ -46,6 +48,8 @@ pub enum Resumed {
 impl<N: Resumable, S: Sink> Resumable for Recorded<N, S> {
     type Memory = N::Memory;
 
+    const FORMAT: u32 = N::FORMAT;
+
     fn memory(&self) -> N::Memory {
         self.node().memory()
     }
@@ -63,31 +67,11 @@ impl<N: Resumable, S: Sink> Resumable for Recorded<N, S> {
     }
 }
 
-impl Resumable for Planner {
-    type Memory = PlannerMemory;
-
-    fn memory(&self) -> PlannerMemory {
-        self.memory()
-    }
-
-    fn resume(&mut self, memory: PlannerMemory) -> Result<(), Resumed> {
-        self.resume(memory).map_err(|it| match it {
-            planner::UnusableState::OfAnotherMission => Resumed::AnotherMission,
-            other => Resumed::Unusable(other.to_string()),
-        })
-    }
-
-    fn memory_lost(&mut self, loss: MemoryLoss) {
-        self.memory_lost(loss);
-    }
-
-    fn memory_written(&mut self, outcome: Result<(), String>, loss: Option<u64>) {
-        self.memory_written(outcome, loss);
-    }
-}
-
 impl Resumable for Mcm {
     type Memory = McmMemory;
+
+    /// The first one had no mission.
+    const FORMAT: u32 = 2;
 
     fn memory(&self) -> McmMemory {
         self.memory()

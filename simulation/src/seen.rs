@@ -41,7 +41,7 @@ pub(crate) struct Seen {
     pub(crate) modes: Modes,
     pub(crate) setpoints: Setpoints,
     pub(crate) bounds: Bounds,
-    planner: v1::PlannerStatus,
+    planner: v1::MissionStatus,
     ordered: Vec<v1::Alternate>,
     landed: bool,
     /// The newest status, and when it was heard first.
@@ -73,7 +73,7 @@ impl Seen {
             modes: Modes::default(),
             setpoints: Setpoints::of(vehicle.offboard_loss_s.seconds() + NOTICE),
             bounds: Bounds::of(files.mcm.highest_m.get(), reserve.get()),
-            planner: v1::PlannerStatus::default(),
+            planner: v1::MissionStatus::default(),
             ordered: Vec::new(),
             landed: false,
             status: None,
@@ -88,7 +88,7 @@ impl Seen {
         self.now = time;
         let now = Now { time, utc_ms: UTC_START_MS + time.since_start().as_millis() as i64 };
         match message {
-            Message::PermissionLedger(_) | Message::PlannerStatus(_) => {
+            Message::PermissionLedger(_) | Message::MissionStatus(_) => {
                 self.witness.take_in(now, &self.true_time.of(self.ahead, message.clone()));
             }
             _ => self.witness.take_in(now, message),
@@ -111,7 +111,7 @@ impl Seen {
                 }
                 self.manager.clone_from(it);
             }
-            Message::PlannerStatus(it) => self.planner.clone_from(it),
+            Message::MissionStatus(it) => self.planner.clone_from(it),
             Message::PermissionLedger(it) => self.ledger.clone_from(it),
             Message::VehicleLandDetected(it) => {
                 if it.landed && !self.landed {

@@ -138,11 +138,7 @@ const STORIES: [(&str, &str, &str); 66] = [
     ("operator_return", "simulation/tests/operator.rs", "a_vehicle_that_is_ordered_to_return_lands_at_home"),
     ("operator_land", "simulation/tests/operator.rs", "a_vehicle_lands_at_the_place_that_was_ordered"),
     ("operator_pause", "simulation/tests/operator.rs", "a_pause_is_a_pause_and_the_mission_goes_on_to_its_end"),
-    (
-        "memory_unusable",
-        "tests/stories/memory.rs",
-        "a_planner_that_lost_its_memory_in_flight_has_the_vehicle_hold_for_an_operator",
-    ),
+    ("memory_unusable", "tests/stories/memory.rs", "no_unusable_memory_lets_an_aborted_vehicle_take_off_again"),
     ("memory_unwritable", "tests/stories/memory.rs", "a_disk_that_cannot_be_written_to_lets_nothing_begin"),
     ("operator_silent", "simulation/tests/cases.rs", "a_pause_that_nobody_ends_ends_at_home"),
     (
@@ -288,11 +284,7 @@ const OVER_PROCESSES: [(&str, &str, &str); 12] = [
         "tests/stories/tower.rs",
         "a_vehicle_inside_is_made_to_leave_by_a_tower_that_was_killed_meanwhile",
     ),
-    (
-        "`memory_unusable`",
-        "tests/stories/memory.rs",
-        "a_planner_that_lost_its_memory_in_flight_has_the_vehicle_hold_for_an_operator",
-    ),
+    ("`memory_unusable`", "tests/stories/memory.rs", "no_unusable_memory_lets_an_aborted_vehicle_take_off_again"),
     ("`memory_unwritable`", "tests/stories/memory.rs", "a_disk_that_cannot_be_written_to_lets_nothing_begin"),
     (
         "permission denied, not answered",

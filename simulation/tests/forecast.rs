@@ -11,10 +11,8 @@ use domain::energy::EnergyModel;
 use domain::file::Source;
 use domain::mission::Mission;
 use domain::time::{Now, Pace};
-use kittiwake_proto::topics::{Request, Response};
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::mission_request::Request as Ask;
-use node::{Effect, Event, Node, Token};
 use planner::Planner;
 
 use crate::stories::support::{config, mission_file, simulation};
@@ -64,21 +62,15 @@ fn text((north_m, east_m, height_m): Flight) -> String {
 fn forecast_wh(sections: &Sections, text: &str, speed_m_s: f64, from_deg: f64) -> f64 {
     let source = Source { path: "mission.toml".into(), text: text.to_owned() };
     let mission = Mission::read(&source).unwrap_or_else(|it| panic!("{it}"));
-    let mut planner = Planner::new(&sections.planner, &sections.energy, mission, Pace::REAL_TIME);
+    let mut planner = Planner::new(&sections.planner, &sections.energy, Pace::REAL_TIME);
     let state = v1::PlanningState { position: Some(v1::Ned::default()), charge: Some(1.0), ..Default::default() };
     let wind = Some(v1::ForecastWind { speed_m_s, from_deg: Some(from_deg) });
-    let request = Request::Mission(v1::MissionRequest {
+    let request = v1::MissionRequest {
         state: Some(state),
         request: Some(Ask::Validate(v1::MissionText { text: text.to_owned(), wind })),
         ..Default::default()
-    });
-    let mut effects = Vec::new();
-    planner.on(Now::default(), Event::Request { vehicle: "uav1".into(), token: Token(0), request }, &mut effects);
-    let reply = effects.into_iter().find_map(|effect| match effect {
-        Effect::Reply { response: Response::Mission(reply), .. } => Some(reply),
-        _ => None,
-    });
-    let reply = reply.expect("an answer");
+    };
+    let reply = planner.try_out(&mission, request, Now::default());
     assert!(reply.accepted, "{reply:?}");
     reply.forecast.iter().map(|it| it.energy_wh).sum()
 }

@@ -5,7 +5,7 @@
 use domain::file::Source;
 use domain::geodesy::Origin;
 use domain::mission::feeds::Airspace;
-use domain::plan::PlannerStatus;
+use domain::plan::MissionStatus;
 use formats::assemble::assemble_airspace;
 use kittiwake_proto::json::from_json;
 use kittiwake_proto::v1;
@@ -72,12 +72,12 @@ pub(super) fn adopt(
 }
 
 /// The present mission as the gateway's document has it, which says the time besides.
-fn status(mut document: Value) -> Result<PlannerStatus, Failure> {
+fn status(mut document: Value) -> Result<MissionStatus, Failure> {
     if let Some(members) = document.as_object_mut() {
         members.retain(|name, _| name != "missionTimeS" && name != "utc");
     }
-    let read = from_json::<v1::PlannerStatus>(&document);
-    let status = read.and_then(|it| PlannerStatus::try_from(it).map_err(|invalid| invalid.to_string()));
+    let read = from_json::<v1::MissionStatus>(&document);
+    let status = read.and_then(|it| MissionStatus::try_from(it).map_err(|invalid| invalid.to_string()));
     status.map_err(|why| Failure::unreachable(format!("the mission in flight cannot be read: {why}")))
 }
 

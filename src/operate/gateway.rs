@@ -137,7 +137,7 @@ impl Gateway {
     }
 
     /// Repeats a request for `LIMIT`, if it may be repeated. All repetitions have the same key: by it the gateway gives the answer that it
-    /// gave before, and where it has none any more, the mission manager and the planner recognise an order that they have carried out.
+    /// gave before, and where it has none any more, the mission manager recognises an order that it has carried out.
     fn send(&self, method: Method, path: &[&str], body: Option<Value>, repeat: Repeat) -> Result<Value, Failure> {
         let key = random_hex(KEY_BYTES).map_err(|it| Failure::unreachable(format!("no random numbers: {it}")))?;
         let url = self.at(path);

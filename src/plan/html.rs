@@ -100,7 +100,7 @@ mod tests {
         let site = v1::Site { name: evil.into(), position: Some(position), ..Default::default() };
         let forecast =
             v1::ObjectiveForecast { objective: evil.into(), reachable: true, legs: vec![leg], ..Default::default() };
-        let status = v1::PlannerStatus {
+        let status = v1::MissionStatus {
             mission: evil.into(),
             objectives: vec![objective],
             areas: vec![area],

@@ -1,6 +1,6 @@
 //! `kittiwake plan`: what the planner would fly, before anything flies.
 //!
-//! The planner itself is asked, as an operator asks it over HTTP whether a mission can be flown: both get the same answer.
+//! The planner itself is asked, as the mission manager asks it for an operator whether a mission can be flown: both get the same answer.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -9,10 +9,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use domain::file::{Mistake, Mistakes, Source};
 use domain::time::{Now, Time};
 use kittiwake_proto::json::to_json;
-use kittiwake_proto::topics::{Request, Response};
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::mission_request::Request as Ask;
-use node::{Effect, Event, Node, Token};
 use planner::Planner;
 
 use crate::check_inputs::{self, Inputs};
@@ -95,20 +93,14 @@ pub fn forecast(inputs: &Inputs, wind: Option<WindArg>) -> Result<v1::MissionRep
     let text = Source::read(&config.mission)?.text;
     let wind = wind.map(|WindArg { speed_m_s, from_deg }| v1::ForecastWind { speed_m_s, from_deg });
     let state = v1::PlanningState { position: Some(v1::Ned::default()), charge: Some(1.0), ..Default::default() };
-    let request = Request::Mission(v1::MissionRequest {
+    let request = v1::MissionRequest {
         state: Some(state),
         request: Some(Ask::Validate(v1::MissionText { text, wind })),
         ..Default::default()
-    });
-    let mut planner = Planner::new(&config.planner, &config.energy, inputs.mission.clone(), config.speed.pace());
-    let event = Event::Request { vehicle: config.vehicle.as_str().into(), token: Token(0), request };
-    let mut effects = Vec::new();
-    planner.on(now(), event, &mut effects);
-    let reply = effects.into_iter().find_map(|effect| match effect {
-        Effect::Reply { response: Response::Mission(reply), .. } => Some(reply),
-        _ => None,
-    });
-    reply.filter(|it| it.mistakes.is_empty()).ok_or_else(|| unread(&config.mission))
+    };
+    let mut planner = Planner::new(&config.planner, &config.energy, config.speed.pace());
+    let reply = planner.try_out(&inputs.mission, request, now());
+    if reply.mistakes.is_empty() { Ok(reply) } else { Err(unread(&config.mission)) }
 }
 
 /// The file was replaced since it was checked.

@@ -133,7 +133,7 @@ mod tests {
         };
         let holes = vec![v1::Ring { corners: ring(100.0) }];
         let area = v1::Area { name: "F".into(), corners: ring(140e3), holes, ..Default::default() };
-        let status = v1::PlannerStatus { areas: vec![area], ..Default::default() };
+        let status = v1::MissionStatus { areas: vec![area], ..Default::default() };
         let svg = draw(&v1::MissionReply { status: Some(status), ..Default::default() });
         let hole = "M69.0 931.0L69.0 69.0L931.0 69.0L931.0 931.0Z\"/>";
         assert!(svg.contains("fill-rule=\"evenodd\" d=\"M") && svg.contains(hole), "{svg}");

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use domain::memory::MemoryLoss;
 use domain::time::{Now, Time};
 use kittiwake_proto::json::{from_json, to_json};
-use kittiwake_proto::topics::{Request, Service, Topic};
+use kittiwake_proto::topics::{Service, Topic};
 use node::{Effect, Event, Node, Token};
 use simulation::resumable::{Resumable, Resumed};
 use store::{InUse, Loaded, Medium, State, Store};
@@ -22,15 +22,11 @@ use store::{InUse, Loaded, Medium, State, Store};
 use crate::output;
 use crate::run::writer::{HandedOver, Progress, Writer};
 
-/// Format of the stored states, for [`Store::open`].
-pub const VERSION: u32 = 1;
 /// A disk that has not answered for this long counts as one that cannot be written.
 const DISK_LIMIT: Duration = Duration::from_secs(2);
 /// A disk that has not answered for this long counts as one that cannot be read, and whose state may be outdated: longer,
 /// since an operator has to decide then.
 const LOSS_LIMIT: Duration = Duration::from_secs(5);
-/// An answer for which a vehicle may wait in the air waits no longer than this for the disk.
-const PLAN_LIMIT: Duration = Duration::from_millis(200);
 
 /// Why a service cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -64,7 +60,6 @@ pub struct Persisted<N: Resumable> {
 struct Wait {
     number: u64,
     since: Instant,
-    limit: Duration,
     reply: Option<Effect>,
 }
 
@@ -150,27 +145,29 @@ impl<N: Resumable> Persisted<N> {
     }
 
     /// The answer to `token` waits for the newest state.
-    fn expect(&mut self, token: Token, limit: Duration) {
-        let wait = Wait { number: self.number(), since: Instant::now(), limit, reply: None };
+    fn expect(&mut self, token: Token) {
+        let wait = Wait { number: self.number(), since: Instant::now(), reply: None };
         self.waiting.insert(token, wait);
     }
 
     /// Takes answers out that must wait, and puts those in whose wait is over.
     fn hold_back(&mut self, effects: &mut Vec<Effect>) {
         let done = self.writer.progress().done;
-        self.waiting.retain(|_, wait| wait.reply.is_some() || done < wait.number);
+        let newest = self.number();
         effects.retain_mut(|effect| {
             let Effect::Reply { token, response } = effect else { return true };
             let Some(wait) = self.waiting.get_mut(token) else { return true };
-            wait.reply = Some(Effect::Reply { token: *token, response: response.clone() });
+            // The service itself may have had to wait, and has changed since.
+            let reply = Some(Effect::Reply { token: *token, response: response.clone() });
+            *wait = Wait { number: newest, since: Instant::now(), reply };
             false
         });
         self.waiting.retain(|_, wait| {
-            let is_over = wait.number <= done || wait.limit <= wait.since.elapsed();
-            if is_over {
-                effects.extend(wait.reply.take());
-            }
-            !is_over
+            let is_over = wait.number <= done || DISK_LIMIT <= wait.since.elapsed();
+            let reply = wait.reply.take_if(|_| is_over);
+            let is_answered = reply.is_some();
+            effects.extend(reply);
+            !is_answered
         });
     }
 }
@@ -180,7 +177,13 @@ fn take_up<N: Resumable>(
     service: &mut N,
     loaded: &Receiver<Result<Loaded, InUse>>,
 ) -> Result<Result<(), String>, InUse> {
-    let mut resume = |State { bytes, .. }: State| {
+    let mut resume = |State { bytes, version }: State| {
+        if version != N::FORMAT {
+            let format = N::FORMAT;
+            return Err(format!(
+                "an earlier version of the program has saved it, in format {version}, expected {format}"
+            ));
+        }
         let json = serde_json::from_slice(&bytes).map_err(|it| it.to_string())?;
         match service.resume(from_json(&json)?) {
             Ok(()) => Ok(()),
@@ -208,15 +211,6 @@ fn take_up<N: Resumable>(
     })
 }
 
-/// How long the answer may wait for the disk; `None`: the request changes nothing.
-fn limit(request: &Request) -> Option<Duration> {
-    match request {
-        Request::NextStep(_) => None,
-        Request::Replan(_) | Request::StepDone(_) => Some(PLAN_LIMIT),
-        _ => Some(DISK_LIMIT),
-    }
-}
-
 impl<N: Resumable> Node for Persisted<N> {
     fn name(&self) -> &'static str {
         self.service.name()
@@ -232,13 +226,13 @@ impl<N: Resumable> Node for Persisted<N> {
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
         let request = match &event {
-            Event::Request { token, request, .. } => limit(request).map(|limit| (*token, limit)),
+            Event::Request { token, .. } => Some(*token),
             _ => None,
         };
         self.service.on(now, event, effects);
         self.hand_over();
-        if let Some((token, limit)) = request {
-            self.expect(token, limit);
+        if let Some(token) = request {
+            self.expect(token);
             self.hold_back(effects);
         }
     }
@@ -249,10 +243,12 @@ impl<N: Resumable> Node for Persisted<N> {
         self.service.act(now, effects);
         self.hand_over();
         self.hold_back(effects);
+        let service = &self.service;
+        self.waiting.retain(|token, wait| wait.reply.is_some() || service.answers_later(*token));
     }
 
     fn answers_later(&self, token: Token) -> bool {
-        self.waiting.get(&token).is_some_and(|it| it.reply.is_some())
+        self.waiting.get(&token).is_some_and(|it| it.reply.is_some()) || self.service.answers_later(token)
     }
 
     fn deadline(&self) -> Option<Time> {

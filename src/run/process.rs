@@ -1,6 +1,6 @@
 //! One process of the system: a service on its bus, or several of them.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use bus::{BusError, Composition, Hosted, Link, Nudge, Process, Scope, Stop};
@@ -194,8 +194,11 @@ fn build(service: Service, args: &ProcessArgs, inputs: &Inputs) -> Result<Part, 
         Service::Monitor => Part::of(Monitor::new(&config.monitor, contingencies, pace)),
         Service::Planner => {
             let record = Record { args, config, instance: start_number(), tower_key: String::new() };
-            let planner = Planner::new(&config.planner, &config.energy, mission.clone(), pace);
-            recorded(planner, &record, state.clone())?
+            let planner = Planner::new(&config.planner, &config.energy, pace);
+            match record.begin(planner.name())? {
+                None => Part::of(planner),
+                Some((number, inputs)) => Part::of(Recorded::new(planner, number, inputs)),
+            }
         }
         Service::Mcm => {
             let key = tower_key.as_ref().map(|path| tower_key::read_public(path)).transpose()?;
@@ -208,7 +211,13 @@ fn build(service: Service, args: &ProcessArgs, inputs: &Inputs) -> Result<Part, 
                 Some(key) => mcm.that_verifies_with(key),
                 None => mcm,
             };
-            recorded(mcm, &record, state.clone())?
+            let has_run = args.settings.has_run;
+            match record.begin(mcm.name())? {
+                None => with_state(mcm, state.clone(), vehicle, has_run)?,
+                Some((number, inputs)) => {
+                    with_state(Recorded::new(mcm, number, inputs), state.clone(), vehicle, has_run)?
+                }
+            }
         }
         Service::ControlTower => {
             let policy = config.permissions;
@@ -249,31 +258,24 @@ struct Record<'a> {
 }
 
 impl Record<'_> {
-    /// Begins the recording of `service` in `folder`.
-    fn begin(&self, folder: &Path, service: &str) -> Result<inputs::Inputs, Failure> {
-        let file = &self.args.settings.config;
-        let header =
-            inputs::header(self.config, file, self.instance, self.tower_key.clone()).map_err(Failure::Files)?;
+    /// Begins the recording of what `service` is given, with its number among those that are recorded, if the settings name a folder.
+    fn begin(&self, service: &str) -> Result<Option<(u8, inputs::Inputs)>, Failure> {
+        let number = RECORDED.iter().position(|it| *it == service);
+        let (Some(folder), Some(number)) = (&self.args.settings.record_inputs, number) else { return Ok(None) };
         let is_awaited = nothing_flies(&self.args.settings);
-        inputs::Inputs::begin(folder, service, header, is_awaited)
-            .map_err(|cause| Failure::Inputs { folder: folder.to_owned(), cause })
-    }
-}
-
-/// `service` of a vehicle, whose inputs are recorded if the settings name a folder.
-fn recorded<N: Resumable + 'static>(service: N, record: &Record<'_>, state: Option<PathBuf>) -> Result<Part, Failure> {
-    let (name, vehicle) = (service.name(), record.config.vehicle.as_str());
-    let has_run = record.args.settings.has_run;
-    let number = RECORDED.iter().position(|it| *it == name);
-    let (Some(folder), Some(number)) = (&record.args.settings.record_inputs, number) else {
-        return with_state(service, state, vehicle, has_run);
-    };
-    match record.begin(folder, name) {
-        Ok(inputs) => with_state(Recorded::new(service, number as u8, inputs), state, vehicle, has_run),
-        Err(failure) if nothing_flies(&record.args.settings) => Err(failure),
-        Err(failure) => {
-            output::error_line(format_args!("{name}: {failure}; it runs without a recording"));
-            with_state(service, state, vehicle, has_run)
+        let file = &self.args.settings.config;
+        let header = inputs::header(self.config, file, self.instance, self.tower_key.clone()).map_err(Failure::Files);
+        let begun = header.and_then(|header| {
+            inputs::Inputs::begin(folder, service, header, is_awaited)
+                .map_err(|cause| Failure::Inputs { folder: folder.to_owned(), cause })
+        });
+        match begun {
+            Ok(inputs) => Ok(Some((number as u8, inputs))),
+            Err(failure) if is_awaited => Err(failure),
+            Err(failure) => {
+                output::error_line(format_args!("{service}: {failure}; it runs without a recording"));
+                Ok(None)
+            }
         }
     }
 }
@@ -289,7 +291,7 @@ fn with_state<N: Resumable + 'static>(
     let (name, owner) = (service.name(), owner.to_owned());
     let nudge = Nudge::default();
     let wake = nudge.clone();
-    let open = move || state_folder::open(&folder, name, &owner, has_run);
+    let open = move || state_folder::open(&folder, name, &owner, N::FORMAT, has_run);
     let persisted = Persisted::new(service, start_number(), open, move || wake.wake())?;
     Ok(Part { node: Box::new(persisted), nudge })
 }

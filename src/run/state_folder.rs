@@ -1,24 +1,21 @@
 //! What outlives a run: the states of processes, and the folder in which a user's programs store their data.
 
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use store::{InUse, Loaded, State, Store, Trouble};
+use store::{InUse, Loaded, Store, Trouble};
 
-use crate::run::persisted::VERSION;
 use crate::service::Service;
 
 /// The owner of what the ground stores about all vehicles.
 pub const FLEET: &str = "the fleet";
 
-/// Opens the state of the process `name` of `owner`, a vehicle or the fleet, in `folder`. If the process `has_run` before, a state that is
+/// Opens the state of the process `name` of `owner`, a vehicle or the fleet, in `folder`, for states of this `format`. If the process `has_run` before, a state that is
 /// not there was lost; otherwise there has been none.
 ///
 /// # Errors
 /// If another process has it open.
-pub fn open(folder: &Path, name: &str, owner: &str, has_run: bool) -> Result<(Store, Loaded), InUse> {
-    let (store, loaded) = Store::open(folder, name, owner, VERSION)?;
-    let loaded = if loaded == Loaded::Nothing { before_stores(&folder.join(name)) } else { loaded };
+pub fn open(folder: &Path, name: &str, owner: &str, format: u32, has_run: bool) -> Result<(Store, Loaded), InUse> {
+    let (store, loaded) = Store::open(folder, name, owner, format)?;
     let gone = || Loaded::Unusable(Trouble::Gone { folder: folder.to_owned(), name: name.to_owned() });
     Ok((store, if loaded == Loaded::Nothing && has_run { gone() } else { loaded }))
 }
@@ -28,18 +25,8 @@ pub fn open(folder: &Path, name: &str, owner: &str, has_run: bool) -> Result<(St
 /// # Errors
 /// The first one that is open.
 pub fn check_free(folder: &Path, vehicle: &str) -> Result<(), InUse> {
-    let states = [(Service::Mcm, vehicle), (Service::Planner, vehicle), (Service::ControlTower, FLEET)];
+    let states = [(Service::Mcm, vehicle), (Service::ControlTower, FLEET)];
     states.into_iter().try_for_each(|(service, owner)| Store::check_free(folder, service.name(), owner))
-}
-
-/// The state as it was written before there were stores: one file of JSON. Read until the store has a state of its own.
-fn before_stores(path: &Path) -> Loaded {
-    let file = path.with_extension("json");
-    match std::fs::read(&file) {
-        Ok(bytes) => Loaded::Newest(State { bytes, version: 0 }),
-        Err(cause) if cause.kind() == ErrorKind::NotFound => Loaded::Nothing,
-        Err(cause) => Loaded::Unusable(Trouble::Unreadable { file, cause: cause.to_string() }),
-    }
 }
 
 /// The folder of recorded missions; `None` if the environment does not name one.
@@ -65,9 +52,9 @@ mod tests {
         fn check(is_saved: bool, has_run: bool, expected: &str) {
             let folder = tempfile::tempdir().unwrap();
             if is_saved {
-                open(folder.path(), "mcm", "uav1", false).unwrap().0.save(b"{}").unwrap();
+                open(folder.path(), "mcm", "uav1", 1, false).unwrap().0.save(b"{}").unwrap();
             }
-            let told = match open(folder.path(), "mcm", "uav1", has_run).unwrap().1 {
+            let told = match open(folder.path(), "mcm", "uav1", 1, has_run).unwrap().1 {
                 Loaded::Nothing => "nothing".to_owned(),
                 Loaded::Unusable(trouble) => trouble.to_string().replace(folder.path().to_str().unwrap(), "FOLDER"),
                 Loaded::Newest(_) | Loaded::Behind(..) => "a state".to_owned(),

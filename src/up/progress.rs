@@ -3,7 +3,7 @@
 use domain::wire::decision::told;
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::{
-    DecisionRecord, McmStatus, MissionPhase, MissionReport, ObjectiveReport, ObjectiveState, PlannerStatus,
+    DecisionRecord, McmStatus, MissionPhase, MissionReport, MissionStatus, ObjectiveReport, ObjectiveState,
     SkillFeedback, SkillKind,
 };
 
@@ -12,7 +12,7 @@ use crate::output::visible;
 /// The newest message of each kind.
 #[derive(Debug, Default)]
 pub struct Progress {
-    planner: PlannerStatus,
+    mission: MissionStatus,
     mcm: McmStatus,
     feedback: SkillFeedback,
 }
@@ -33,7 +33,7 @@ impl Progress {
     pub fn on(&mut self, message: Message) -> Option<String> {
         match message {
             Message::McmStatus(it) => self.mcm = it,
-            Message::PlannerStatus(it) => self.planner = it,
+            Message::MissionStatus(it) => self.mission = it,
             Message::SkillFeedback(it) => self.feedback = it,
             Message::DecisionRecord(record) => {
                 let DecisionRecord { at_s, topic, text, .. } = &record;
@@ -68,7 +68,7 @@ impl Progress {
         if self.report().is_some() {
             return 1.0;
         }
-        let objectives = self.planner.objectives.len().max(1) as f64;
+        let objectives = self.mission.objectives.len().max(1) as f64;
         let steps = f64::from(self.mcm.step_count.max(1));
         let behind = f64::from(self.mcm.step_number.saturating_sub(1)) / steps;
         ((f64::from(self.objective()) + behind.min(1.0)) / objectives).min(1.0)
@@ -77,8 +77,8 @@ impl Progress {
     /// Objective, step n of m, skill, position as (north, east, height) in metres, distance left.
     pub fn line(&self) -> String {
         let mut parts = vec![phase(self.mcm.phase()).to_owned()];
-        if let Some(objective) = self.planner.objectives.get(self.objective() as usize) {
-            let (number, count) = (self.objective() + 1, self.planner.objectives.len());
+        if let Some(objective) = self.mission.objectives.get(self.objective() as usize) {
+            let (number, count) = (self.objective() + 1, self.mission.objectives.len());
             parts[0] = format!("objective {number} of {count} `{}`", objective.name);
             if self.mcm.phase() != MissionPhase::Nominal {
                 parts.push(phase(self.mcm.phase()).to_owned());
@@ -95,15 +95,15 @@ impl Progress {
         }
         parts.extend(skill(self.mcm.skill()).map(str::to_owned));
         parts.extend(self.motion());
-        if !self.planner.hold.is_empty() {
-            parts.push(format!("holds: {}", self.planner.hold));
+        if !self.mission.hold.is_empty() {
+            parts.push(format!("holds: {}", self.mission.hold));
         }
         visible::one_line(&parts.join(", ")).into_owned()
     }
 
     /// The progress as a report, for a mission without a report of its own.
     pub fn unfinished(&self, vehicle: &str, reason: &str) -> MissionReport {
-        let objectives = self.planner.objectives.iter().map(|it| ObjectiveReport {
+        let objectives = self.mission.objectives.iter().map(|it| ObjectiveReport {
             name: it.name.clone(),
             state: it.state,
             reason: it.reason.clone(),
@@ -120,7 +120,7 @@ impl Progress {
     }
 
     fn objective(&self) -> u32 {
-        self.mcm.step.as_ref().map_or(self.planner.current_objective, |it| it.objective)
+        self.mcm.step.as_ref().map_or(self.mission.current_objective, |it| it.objective)
     }
 
     /// The feedback of the skill that runs, not of one that has ended.
@@ -176,7 +176,7 @@ mod tests {
         let mut progress = Progress::default();
         let objective = |name: &str| Objective { name: name.into(), ..Default::default() };
         let objectives = vec![objective("deliver"), objective("return")];
-        progress.on(PlannerStatus { objectives, ..Default::default() }.into());
+        progress.on(MissionStatus { objectives, ..Default::default() }.into());
         progress.on(McmStatus {
             phase: MissionPhase::Nominal.into(),
             step: Some(PlanStep { objective: 0, ..Default::default() }),
@@ -227,7 +227,7 @@ mod tests {
         let mut progress = Progress::default();
         let name = "d\nmission over: success\u{1b}[31m".to_owned();
         let objectives = vec![Objective { name, ..Default::default() }];
-        progress.on(PlannerStatus { objectives, ..Default::default() }.into());
+        progress.on(MissionStatus { objectives, ..Default::default() }.into());
         let expected = "objective 1 of 1 `d\\nmission over: success\\u001b[31m`, starting";
         assert_eq!(progress.line(), expected);
         let decision =

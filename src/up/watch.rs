@@ -55,7 +55,7 @@ impl Node for Watch {
         &[
             Topic::McmStatus,
             Topic::DecisionRecord,
-            Topic::PlannerStatus,
+            Topic::MissionStatus,
             Topic::SkillFeedback,
             Topic::VehicleStatus,
             Topic::VehicleLandDetected,

@@ -62,7 +62,7 @@ fn replans(criterion: &mut Criterion) {
         let has_planned = || {
             let mut planner = world.planner();
             let steps = plan(&mut planner, first_request(world));
-            (planner, denied(&steps))
+            (planner, denied(world, &steps))
         };
         group.bench_function(name_of(world), |bencher| {
             let search = |(planner, request): &mut (_, _)| black_box(plan(planner, std::mem::take(request)));
@@ -93,12 +93,10 @@ fn changed_areas(criterion: &mut Criterion) {
     let stars = [World::stars(35, 20), World::stars(100, 20)];
     let circles = circles.map(|(areas, corners)| World::circles(areas, corners));
     for world in circles.into_iter().chain(stars).chain([World::LARGEST]) {
-        let request = ReplanRequest { request_id: "changed".into(), ..first_request(world) };
+        let request = with_area_moved(world);
         let has_planned = || {
             let mut planner = world.planner();
             plan(&mut planner, first_request(world));
-            let changed = with_area_moved(planner.memory());
-            planner.resume(changed).expect("it is of the same mission");
             planner
         };
         group.bench_function(name_of(world), |bencher| {

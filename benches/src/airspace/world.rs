@@ -6,6 +6,8 @@ use domain::area::{Area, AreaKind};
 use domain::energy::EnergyModel;
 use domain::geometry::Ned;
 use domain::mission::{Mission, Objective};
+use domain::plan::Basis;
+use domain::state::State;
 use domain::time::{Now, Pace};
 use kittiwake_proto::topics::{Request, Response};
 use kittiwake_proto::v1;
@@ -109,14 +111,18 @@ impl World {
         Ned::new(end_m, end_m * 0.8, 0.0)
     }
 
-    /// A planner for a mission from one end of the areas to the other.
+    /// A planner that has not been asked anything.
     pub(crate) fn planner(self) -> Planner {
         let text = include_str!("../../../config/kittiwake.toml");
         let shipped = toml::from_str::<Shipped>(text).expect("the shipped configuration is one");
+        Planner::new(&shipped.planner, &shipped.energy, Pace::REAL_TIME)
+    }
+
+    /// A mission from one end of the areas to the other.
+    fn mission(self, areas: Vec<Area>) -> Mission {
         let (name, position) = ("there".into(), self.goal());
         let there = Objective { name, position, flying: false, terms: Default::default(), survey: None };
-        let areas = self.all_areas();
-        let mission = Mission {
+        Mission {
             name: "across".into(),
             objectives: vec![there],
             areas,
@@ -124,16 +130,18 @@ impl World {
             sites: Vec::new(),
             origin: None,
             feeds: Vec::new(),
-        };
-        Planner::new(&shipped.planner, &shipped.energy, mission, Pace::REAL_TIME)
+        }
     }
 }
 
 /// The request for the first plan.
 pub(crate) fn first_request(world: World) -> v1::ReplanRequest {
-    let position = Some(world.start().into());
-    let state = Some(v1::PlanningState { position, ..Default::default() });
-    v1::ReplanRequest { request_id: "first".into(), state, ..Default::default() }
+    request(world, "first", world.all_areas())
+}
+
+fn request(world: World, request_id: &str, areas: Vec<Area>) -> v1::ReplanRequest {
+    let basis = Basis::beginning(&world.mission(areas), State::new(world.start(), false), Now::default());
+    v1::ReplanRequest { request_id: request_id.to_owned(), basis: Some(basis.into()), ..Default::default() }
 }
 
 /// The steps that `planner` answers with.
@@ -151,24 +159,27 @@ pub(crate) fn plan(planner: &mut Planner, request: v1::ReplanRequest) -> Vec<v1:
     steps.filter(|it| 3 < it.len()).expect("a plan with turns")
 }
 
-/// The memory of a planner in whose mission the area in the middle lies a metre farther north.
-pub(crate) fn with_area_moved(mut memory: v1::PlannerMemory) -> v1::PlannerMemory {
-    let areas = &mut memory.status.as_mut().expect("it has a mission").areas;
+/// The request for a plan of a mission whose area in the middle lies a metre farther north.
+pub(crate) fn with_area_moved(world: World) -> v1::ReplanRequest {
+    let mut areas = world.all_areas();
     let middle = areas.len() / 2;
     for corner in &mut areas[middle].corners {
         corner.north_m += 1.0;
     }
-    memory
+    request(world, "changed", areas)
 }
 
 /// The first step of a plan that asks for a permission ends with a denial for good: the request for the next plan.
-pub(crate) fn denied(steps: &[v1::PlanStep]) -> v1::ReplanRequest {
-    let asking = steps.iter().find(|it| !it.ask_permissions.is_empty()).expect("the plan asks for a permission");
-    let denial = v1::Denial { area: asking.ask_permissions[0].clone(), silent: true, ..Default::default() };
+pub(crate) fn denied(world: World, steps: &[v1::PlanStep]) -> v1::ReplanRequest {
+    let at = steps.iter().position(|it| !it.ask_permissions.is_empty()).expect("the plan asks for a permission");
+    let denial = v1::Denial { area: steps[at].ask_permissions[0].clone(), silent: true, ..Default::default() };
+    let first = first_request(world);
+    let state = steps[at].goal_state.clone();
+    let basis = first.basis.map(|it| v1::PlanningBasis { state, rest: steps[at..].to_vec(), ..it });
     v1::ReplanRequest {
         request_id: "denied".into(),
-        state: asking.goal_state.clone(),
-        failed_step_id: asking.id,
+        basis,
+        failed: true,
         failure: "not granted".into(),
         denials: vec![denial],
         ..Default::default()

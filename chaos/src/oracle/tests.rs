@@ -609,7 +609,7 @@ fn the_areas_of_the_mission_s_file_apply_over_a_loss_of_power() {
     truth.oracle = Oracle::new(Pace::REAL_TIME, INTERRUPTION, vec![area]);
     let now = truth.now();
     truth.oracle.power_lost(now);
-    truth.hear(v1::PlannerStatus::default().into());
+    truth.hear(v1::MissionStatus::default().into());
     truth.check(&["lacked area A"]);
     truth.take_off();
     truth.check(&["lacked area A", "entered area A"]);

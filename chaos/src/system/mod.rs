@@ -26,7 +26,7 @@ use launcher::Launcher;
 
 /// What the oracle judges by, and whom the figures are of: as the vehicle's side of the link has it.
 const ON_BOARD: &[Topic] = &[
-    Topic::PlannerStatus,
+    Topic::MissionStatus,
     Topic::McmStatus,
     Topic::DecisionRecord,
     Topic::VehicleLandDetected,

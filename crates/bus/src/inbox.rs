@@ -249,7 +249,7 @@ impl Inbox {
 
     /// A message with this key has arrived. Of two copies the first counts.
     pub(crate) fn message(&self, topic: Topic, key: &str, payload: &[u8], attachment: Option<&[u8]>) {
-        let most_bytes = if topic == Topic::PlannerStatus { MAX_STATUS_PAYLOAD } else { MAX_PAYLOAD };
+        let most_bytes = if topic == Topic::MissionStatus { MAX_STATUS_PAYLOAD } else { MAX_PAYLOAD };
         if most_bytes < payload.len() {
             return self.refuse(key, &format!("{} bytes, at most {most_bytes} expected", payload.len()));
         }

@@ -124,14 +124,14 @@ impl Node for Ticker {
 /// Says again and again what the planner says of a mission with two thousand areas of fifty corners.
 struct LargeMission {
     next: Time,
-    status: v1::PlannerStatus,
+    status: v1::MissionStatus,
 }
 
 impl LargeMission {
     fn new() -> LargeMission {
         let corner = v1::Ned { north_m: 123.4, east_m: -567.8, down_m: 0.0 };
         let area = v1::Area { name: "zone".into(), corners: vec![corner; 50], ..Default::default() };
-        LargeMission { next: Time::ZERO, status: v1::PlannerStatus { areas: vec![area; 2000], ..Default::default() } }
+        LargeMission { next: Time::ZERO, status: v1::MissionStatus { areas: vec![area; 2000], ..Default::default() } }
     }
 }
 
@@ -236,12 +236,12 @@ fn flag_name(event: Event) -> Option<(String, String)> {
 fn the_status_of_the_largest_mission_gets_through() {
     let mut world = World::start();
     let listen =
-        |name| move |seen| Probe { name, subscriptions: &[Topic::PlannerStatus], serves: &[], seen, on_peer: None };
+        |name| move |seen| Probe { name, subscriptions: &[Topic::MissionStatus], serves: &[], seen, on_peer: None };
     let ground = world.run(Scope::Fleet, listen("gateway"));
     let own = world.run(uav("uav1"), listen("mcm"));
     world.run_linked(uav("uav1"), None, LargeMission::new());
     let areas = |event| match event {
-        Event::Message { message: Message::PlannerStatus(status), .. } => Some(status.areas.len()),
+        Event::Message { message: Message::MissionStatus(status), .. } => Some(status.areas.len()),
         _ => None,
     };
     assert_eq!(wait_for("the status on board", &own, areas), 2000);

@@ -1,6 +1,7 @@
 //! A mission as a human writes it: objectives to reach, and areas on the way.
 
 mod area_hours;
+mod areas;
 pub mod bounds;
 pub mod feeds;
 mod place;
@@ -13,6 +14,7 @@ mod volume;
 use std::ops::Range;
 
 use kittiwake_proto::v1;
+use prost::Message as _;
 use serde::Deserialize;
 use sha2::{Digest as _, Sha256};
 use toml::Spanned;
@@ -25,6 +27,7 @@ use crate::geometry::Ned;
 use crate::site::Site;
 use crate::survey::Survey;
 use area_hours::HoursEntry;
+pub use areas::MissionAreas;
 use bounds::{LONGEST_NAME, control_character};
 use feeds::FeedEntry;
 use place::OriginEntry;
@@ -82,6 +85,20 @@ pub struct ObjectiveStatus {
     pub permissions: Vec<String>,
     /// How far the release of a load has come that it asks for.
     pub release: ReleaseProgress,
+}
+
+impl ObjectiveStatus {
+    /// An objective that was not attempted yet.
+    pub fn waiting(objective: &Objective) -> ObjectiveStatus {
+        ObjectiveStatus {
+            objective: objective.clone(),
+            progress: Progress::Waiting,
+            plan_steps: 0,
+            replans: 0,
+            permissions: Vec::new(),
+            release: ReleaseProgress::NotPlanned,
+        }
+    }
 }
 
 /// How far a release has come.
@@ -223,47 +240,26 @@ const HIGHEST_M: f64 = 10_000.0;
 /// Greatest distance from the origin; a longer one is a typing mistake.
 const FARTHEST_M: f64 = 100_000.0;
 
-/// The first half of the SHA-256 of a message, in hexadecimal.
-fn hash_of(message: &impl prost::Message) -> String {
-    let hash = Sha256::digest(message.encode_to_vec());
+/// The first half of the SHA-256 of these bytes, in hexadecimal.
+fn hash_of_bytes(bytes: &[u8]) -> String {
+    let hash = Sha256::digest(bytes);
     hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// The identity of these areas: a hash of their content to a tenth of a millimetre, the same on every machine, in every build, and after they
-/// were written as text and read again, which may change a last digit.
-pub fn identity_of_areas(areas: &[Area]) -> String {
-    let round = |m: f64| (m * 1e4).round() / 1e4 + 0.0;
-    let rounded = |area: &Area| {
-        let ring = |ring: &Vec<Ned>| ring.iter().map(|it| Ned::new(round(it.north_m), round(it.east_m), 0.0)).collect();
-        let (corners, holes) = (ring(&area.corners), area.holes.iter().map(ring).collect());
-        let (floor_m, ceiling_m) = (area.floor_m.map(round), area.ceiling_m.map(round));
-        (&Area { corners, holes, floor_m, ceiling_m, ..area.clone() }).into()
-    };
-    hash_of(&v1::PlannerStatus { areas: areas.iter().map(rounded).collect(), ..v1::PlannerStatus::default() })
 }
 
 impl Mission {
     /// The identity of this mission: a hash of its content, the same on every machine and in every build.
     pub fn identity(&self) -> String {
-        let waiting = |objective: &Objective| ObjectiveStatus {
-            objective: objective.clone(),
-            progress: Progress::Waiting,
-            plan_steps: 0,
-            replans: 0,
-            permissions: Vec::new(),
-            release: ReleaseProgress::NotPlanned,
-        };
-        let canonical = v1::PlannerStatus {
+        let canonical = v1::MissionStatus {
             mission: self.name.clone(),
-            objectives: self.objectives.iter().map(|objective| waiting(objective).into()).collect(),
+            objectives: self.objectives.iter().map(|it| ObjectiveStatus::waiting(it).into()).collect(),
             areas: self.areas.iter().map(Into::into).collect(),
             free_order: self.order == Order::Free,
             sites: self.sites.iter().map(Into::into).collect(),
             origin: self.origin.map(Into::into),
             feeds: crate::wire::feeds_to_wire(&self.feeds, &self.areas),
-            ..v1::PlannerStatus::default()
+            ..v1::MissionStatus::default()
         };
-        hash_of(&canonical)
+        hash_of_bytes(&canonical.encode_to_vec())
     }
 
     /// Parses and checks a mission file; every mistake that can be found is reported at once, up to [`MOST_MISTAKES`]. One beyond

@@ -1,11 +1,11 @@
 //! The time since the mission was begun, which goes on over a restart of the process.
 //!
 //! While a process runs, its monotonic clock counts, so that a step of the wall clock moves no deadline. The time before its start is the
-//! difference in UTC to the beginning of the mission, corrected by how much the wall clock was set since; both are persisted.
+//! difference in UTC to the beginning of the mission, corrected by how much the wall clock was set since; both are persisted. Plans count by it.
 
 use std::time::Duration;
 
-use crate::time::{Now, Pace};
+use crate::time::{Now, Pace, Time};
 
 /// A wall clock that differs by more from the monotonic one has stepped; less is not worth a write to the disk. (ENG)
 const STEP_MS: u64 = 1000;
@@ -66,6 +66,16 @@ impl MissionClock {
         self.set_by_ms
     }
 
+    /// The time since then at `time` of this process.
+    pub fn mission_time(self, time: Time) -> Time {
+        let before = Duration::from_secs_f64(self.before_s.unwrap_or_default().abs());
+        let process = time.since_start();
+        Time::after(match self.before_s.is_some_and(|it| it < 0.0) {
+            true => process.saturating_sub(before),
+            false => process.saturating_add(before),
+        })
+    }
+
     /// Seconds since then, of seconds since the start of this process.
     pub fn seconds(self, process_s: f64) -> f64 {
         self.before_s.unwrap_or_default() + process_s
@@ -80,7 +90,6 @@ impl MissionClock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::time::Time;
 
     fn now(s: u64, utc_ms: i64) -> Now {
         Now { time: Time::after(Duration::from_secs(s)), utc_ms }

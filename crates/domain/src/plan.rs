@@ -1,18 +1,22 @@
-//! Plans, and the requests and replies of the planner and the mission manager about them.
+//! Plans, and the questions and answers of the mission manager and the planner about them.
 
 use std::fmt;
 use std::time::Duration;
+
+use kittiwake_proto::{Bytes, v1};
 
 use crate::airspace::Grants;
 use crate::area::Area;
 use crate::feed::Feed;
 use crate::fmu::FlightMode;
 use crate::geodesy::Origin;
-use crate::mission::ObjectiveStatus;
+use crate::geometry::Ned;
 use crate::mission::terms::Order;
+use crate::mission::{Mission, MissionAreas, ObjectiveStatus, Progress};
 use crate::site::Site;
 use crate::skill::Goal;
 use crate::state::State;
+use crate::time::Now;
 
 /// Names a step; unique among the steps of all plans of a mission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -53,6 +57,8 @@ pub struct Step {
     pub id: StepId,
     /// Index of the objective that it serves.
     pub objective: u32,
+    /// Where the plan has the vehicle when it begins.
+    pub from: Ned,
     /// The state that it reaches.
     pub reaches: State,
     /// How it is flown.
@@ -63,11 +69,18 @@ pub struct Step {
     pub ask_ahead: Vec<AskAhead>,
     /// Added by the communication plan.
     pub auxiliary: bool,
+    /// How many turns of the objective's survey have been passed once it is flown; 0 where it reaches none.
+    pub passed: u32,
     /// What it does, in words.
     pub text: String,
 }
 
 impl Step {
+    /// Whether the load is released by it.
+    pub fn releases(&self) -> bool {
+        matches!(self.nominal.goal, Goal::Release { .. })
+    }
+
     /// Whether it ends by itself: it flies to a place, and stays there only while it asks for an area. A velocity leads nowhere in
     /// particular, so that nobody could say beforehand which areas it would enter.
     pub fn ends(&self) -> bool {
@@ -104,8 +117,6 @@ pub struct Plan {
     pub steps: Vec<Step>,
     /// Counts plans.
     pub revision: u64,
-    /// The epoch it was made in; one of an earlier epoch must not be flown.
-    pub epoch: u64,
 }
 
 /// A permission that was not given as needed.
@@ -132,15 +143,65 @@ pub enum DenialKind {
     Withheld,
 }
 
-/// A step that could not be flown to its end.
+/// How a step could not be flown to its end.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FailedStep {
-    /// The step.
-    pub id: StepId,
+pub struct Failure {
     /// The reason.
     pub reason: String,
     /// An operator's order, or a response that only holds the vehicle, came first: it was not the step that failed.
     pub interrupted: bool,
+}
+
+/// A step that was flown to its end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FlownStep {
+    /// The step.
+    pub step: Step,
+    /// The state of the vehicle after it.
+    pub state: State,
+    /// When.
+    pub at: Now,
+}
+
+/// All that an answer of the planner depends on, beside what is asked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Basis {
+    /// When it is asked, by the mission's clock.
+    pub at: Now,
+    /// Where the vehicle is and what it may enter.
+    pub state: State,
+    /// Where its local frame has its origin, if that is known.
+    pub vehicle_origin: Option<Origin>,
+    /// The mission as far as it has come, without areas, feeds and steps.
+    pub mission: MissionStatus,
+    /// What the planner has noted with its last answer; `None` before the first.
+    pub notes: Option<v1::PlannerNotes>,
+    /// Names the mission's areas.
+    pub areas_id: String,
+    /// The areas, encoded; `None` where the planner is thought to know them.
+    pub areas: Option<Bytes>,
+    /// Steps that were flown since the notes, first flown first.
+    pub flown: Vec<FlownStep>,
+    /// The steps of the present plan that were not flown; the first one is flown, or has failed.
+    pub rest: Vec<Step>,
+}
+
+impl Basis {
+    /// Nothing of `mission` has been attempted by a vehicle in `state`.
+    pub fn beginning(mission: &Mission, state: State, at: Now) -> Basis {
+        let areas = MissionAreas::of(&mission.areas, &mission.feeds);
+        Basis {
+            at,
+            state,
+            vehicle_origin: None,
+            mission: MissionStatus::beginning(mission),
+            notes: None,
+            areas_id: areas.id().to_owned(),
+            areas: Some(areas.encoded().clone()),
+            flown: Vec::new(),
+            rest: Vec::new(),
+        }
+    }
 }
 
 /// The mission manager asks for a plan.
@@ -148,16 +209,14 @@ pub struct FailedStep {
 pub struct PlanRequest {
     /// A repeated request with the same id gets the answer to the first one.
     pub request_id: String,
-    /// Where the vehicle is and what it may enter.
-    pub state: State,
+    /// What the answer depends on.
+    pub basis: Basis,
     /// For how long each permission holds from now on.
     pub grants: Grants,
-    /// The step that failed, if any.
-    pub failed: Option<FailedStep>,
+    /// How the first step of the rest has failed, if it has.
+    pub failed: Option<Failure>,
     /// Areas whose permission was denied during it.
     pub denials: Vec<Denial>,
-    /// The loss of the planner's memory that an operator has accepted; zero without one.
-    pub accepted_loss: u64,
 }
 
 /// The planner's answer.
@@ -178,20 +237,31 @@ pub enum PlanReply {
     Finished,
     /// The request is invalid, for this reason.
     Refused(String),
+    /// The areas are not known that were named: they are to be sent.
+    AreasUnknown,
 }
 
-/// A step was flown to its end.
+/// The planner's answer, and what has become of the mission by it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StepDone {
-    /// The step.
-    pub id: StepId,
-    /// The state of the vehicle after it.
-    pub state: State,
+pub struct Answered {
+    /// What is to be flown.
+    pub reply: PlanReply,
+    /// As in [`Basis`]; `None` with a refusal and with unknown areas.
+    pub course: Option<Course>,
 }
 
-/// The planner's status.
+/// A mission as far as it has come, and what the planner has noted.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PlannerStatus {
+pub struct Course {
+    /// Without areas, feeds and steps.
+    pub mission: MissionStatus,
+    /// For the next question.
+    pub notes: v1::PlannerNotes,
+}
+
+/// The mission that is flown.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct MissionStatus {
     /// The mission's name.
     pub mission: String,
     /// In the order in which they are attempted.
@@ -204,10 +274,8 @@ pub struct PlannerStatus {
     pub revision: u64,
     /// Index of the objective worked on; the number of objectives once all have reached their final state.
     pub current_objective: u32,
-    /// Why the planner waits; empty if it does not.
+    /// What is waited for; empty if nothing is.
     pub hold: String,
-    /// Counts changes that void the plans made before.
-    pub epoch: u64,
     /// In which order the objectives are attempted; a free one was chosen when the first plan was made.
     pub order: Order,
     /// Where a flight may end early.
@@ -216,4 +284,23 @@ pub struct PlannerStatus {
     pub origin: Option<Origin>,
     /// The data sets that areas came from.
     pub feeds: Vec<Feed>,
+}
+
+impl MissionStatus {
+    /// `mission` without its areas, nothing of which has been attempted.
+    pub fn beginning(mission: &Mission) -> MissionStatus {
+        MissionStatus {
+            mission: mission.name.clone(),
+            objectives: mission.objectives.iter().map(ObjectiveStatus::waiting).collect(),
+            order: mission.order,
+            sites: mission.sites.clone(),
+            origin: mission.origin,
+            ..MissionStatus::default()
+        }
+    }
+
+    /// Whether every objective has reached its final state.
+    pub fn is_settled(&self) -> bool {
+        self.objectives.iter().all(|it| it.progress != Progress::Waiting)
+    }
 }

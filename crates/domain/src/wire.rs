@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use kittiwake_proto::v1;
+use kittiwake_proto::{PLANNING_PROTOCOL, v1};
 
 use crate::area::{Area, AreaKind};
 use crate::fmu::{FailsafeReason, FlightMode, Gripper};
@@ -22,7 +22,7 @@ mod fmu;
 mod mission;
 mod origin;
 pub mod permission;
-mod plan;
+pub mod plan;
 mod skill;
 
 pub(crate) use feed::{feeds_from_wire, feeds_to_wire};
@@ -49,6 +49,19 @@ pub enum InvalidMessage {
     /// A step of a plan that nothing ends.
     #[error("`goal` never ends, expected a step that flies to a place, and stays there only while it asks for an area")]
     Endless,
+    /// Bytes that do not make such a message.
+    #[error("`{0}` is garbled")]
+    Garbled(&'static str),
+    /// The other side of the exchange between mission manager and planner is of another version of the program.
+    #[error(
+        "the {of} speaks version {found} of the questions about plans, expected {PLANNING_PROTOCOL}: start both from one version of the program"
+    )]
+    OtherProtocol {
+        /// The other side.
+        of: &'static str,
+        /// Its version.
+        found: u32,
+    },
     /// A survey cannot be flown.
     #[error("`survey`: {0}")]
     Survey(#[from] InvalidSurvey),
@@ -56,7 +69,8 @@ pub enum InvalidMessage {
 
 impl From<Ned> for v1::Ned {
     fn from(it: Ned) -> v1::Ned {
-        v1::Ned { north_m: it.north_m, east_m: it.east_m, down_m: it.down_m }
+        // On the wire a negative zero is a zero: so is one in a message that is handed over in memory.
+        v1::Ned { north_m: it.north_m + 0.0, east_m: it.east_m + 0.0, down_m: it.down_m + 0.0 }
     }
 }
 

@@ -294,7 +294,7 @@ impl Witness {
         let commanded = self.others.take_in(at, message, self.flies(), self.limits.hears);
         self.breaches.extend(commanded);
         match message {
-            Message::PlannerStatus(it) => {
+            Message::MissionStatus(it) => {
                 self.listed(at, it.areas.iter().cloned().filter_map(|it| it.try_into().ok()).collect());
                 self.planner_holds = !it.hold.is_empty();
             }

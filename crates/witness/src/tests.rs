@@ -23,7 +23,7 @@ fn an_area_of_the_file_applies_and_is_missed_whatever_the_planner_lists() {
         };
         for areas in listed {
             let areas = areas.iter().map(Into::into).collect();
-            see(0, v1::PlannerStatus { areas, ..Default::default() }.into());
+            see(0, v1::MissionStatus { areas, ..Default::default() }.into());
         }
         let mode = v1::FlightMode::Offboard as i32;
         see(1, v1::VehicleStatus { armed: true, intended_mode: mode, ..Default::default() }.into());
@@ -67,7 +67,7 @@ fn an_area_that_begins_to_apply_around_a_vehicle_is_to_be_left_and_one_that_appl
         let mut see = |second: u64, utc_ms: i64, message: Message| {
             witness.take_in(Now { time: Time::after(Duration::from_secs(second)), utc_ms }, &message);
         };
-        see(0, utc_ms[0], v1::PlannerStatus { areas: vec![area], ..Default::default() }.into());
+        see(0, utc_ms[0], v1::MissionStatus { areas: vec![area], ..Default::default() }.into());
         see(0, utc_ms[0], v1::VehicleLandDetected { landed: false, ..Default::default() }.into());
         let mode = v1::FlightMode::Offboard as i32;
         let status = v1::VehicleStatus { armed: true, actual_mode: mode, intended_mode: mode, ..Default::default() };

@@ -34,7 +34,7 @@ impl TrueTime {
                     it.expires_utc_ms = *self.expiries.entry((it.area.clone(), it.decision)).or_insert(expires);
                 }
             }
-            Message::PlannerStatus(status) => {
+            Message::MissionStatus(status) => {
                 for date in status.areas.iter_mut().flat_map(|it| [&mut it.from_utc_ms, &mut it.until_utc_ms]) {
                     *date = date.map(|it| it.saturating_sub(ahead.aircraft_ms));
                 }
@@ -70,9 +70,9 @@ mod tests {
     #[test]
     fn a_window_is_by_the_vehicle_s_clock() {
         let area = v1::Area { from_utc_ms: Some(10_000), until_utc_ms: None, ..Default::default() };
-        let status = v1::PlannerStatus { areas: vec![area], ..Default::default() };
+        let status = v1::MissionStatus { areas: vec![area], ..Default::default() };
         let ahead = Ahead { aircraft_ms: 4_000, ground_ms: 0 };
-        let Message::PlannerStatus(status) = TrueTime::default().of(ahead, status.into()) else {
+        let Message::MissionStatus(status) = TrueTime::default().of(ahead, status.into()) else {
             panic!("the same kind")
         };
         assert_eq!((status.areas[0].from_utc_ms, status.areas[0].until_utc_ms), (Some(6_000), None));

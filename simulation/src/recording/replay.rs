@@ -115,7 +115,7 @@ fn manager(
 }
 
 fn planner(files: &Files, pace: Pace) -> planner::Planner {
-    planner::Planner::new(&files.planner, &files.energy, files.mission.clone(), pace)
+    planner::Planner::new(&files.planner, &files.energy, pace)
 }
 
 fn nodes(header: &Header) -> Result<Nodes, Refusal> {
@@ -201,18 +201,13 @@ fn give(nodes: &mut Nodes, node: u8, now: Now, input: Input, effects: &mut Vec<E
         Input::Event(event) => receiver.on(now, event, effects),
         Input::Act => receiver.act(now, effects),
         Input::Restart(instance) => nodes.restart(node, instance)?,
-        Input::Lost(loss) if node == 0 => nodes.mcm.memory_lost(loss),
-        Input::Lost(loss) => nodes.planner.memory_lost(loss),
-        Input::Written(outcome, loss) if node == 0 => nodes.mcm.memory_written(outcome, loss),
-        Input::Written(outcome, loss) => nodes.planner.memory_written(outcome, loss),
+        Input::Lost(loss) => nodes.mcm.memory_lost(loss),
+        Input::Written(outcome, loss) => nodes.mcm.memory_written(outcome, loss),
         Input::Resume(memory) => {
             use prost::Message as _;
             // A state that was refused then is refused now.
-            let _ = match node {
-                0 => kittiwake_proto::v1::McmMemory::decode(memory.as_slice()).map(|it| nodes.mcm.resume(it).is_ok()),
-                _ => kittiwake_proto::v1::PlannerMemory::decode(memory.as_slice())
-                    .map(|it| nodes.planner.resume(it).is_ok()),
-            };
+            let memory = kittiwake_proto::v1::McmMemory::decode(memory.as_slice());
+            let _ = memory.map(|it| nodes.mcm.resume(it).is_ok());
         }
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! What a planner remembers, over disks that work, hang and fail.
+//! What a mission manager remembers, over disks that work, hang and fail.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender, SyncSender};
@@ -6,30 +6,37 @@ use std::sync::mpsc::{self, Receiver, Sender, SyncSender};
 use control_tower::ControlTower;
 use control_tower::policy::Policy;
 use domain::time::Pace;
-use kittiwake_proto::topics::Message;
+use kittiwake_proto::topics::{Message, Request};
 use kittiwake_proto::v1;
+use mcm::Mcm;
 use planner::Planner;
 use v1::mission_request::Request as Ask;
 
 use super::*;
-use crate::check_inputs;
+use crate::check_inputs::{self, Inputs};
 use crate::run::state_folder;
 use crate::settings::Settings;
 
-fn planner() -> Planner {
+/// One that has taken in its first moment.
+fn manager() -> Mcm {
     let settings = Settings::of_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config/kittiwake.toml"));
-    let inputs = check_inputs::read(&settings).unwrap();
-    Planner::new(&inputs.config.planner, &inputs.config.energy, inputs.mission, inputs.config.speed.pace())
+    let Inputs { config, mission, contingencies, trees, .. } = check_inputs::read(&settings).unwrap();
+    let pace = config.speed.pace();
+    let mut mcm = Mcm::new(&config.mcm, &config.energy, "uav1", 1, &trees, contingencies, pace).unwrap();
+    mcm = mcm.of_mission(&mission);
+    mcm.act(Now::default(), &mut Vec::new());
+    mcm
 }
 
-/// A planner with its memory in `folder`.
-fn in_folder(folder: &Path) -> Result<Persisted<Planner>, StartError> {
+/// A manager with its memory in `folder`.
+fn in_folder(folder: &Path) -> Result<Persisted<Mcm>, StartError> {
     let folder = folder.to_owned();
-    Persisted::new(planner(), 1, move || state_folder::open(&folder, "planner", "uav1", false), || {})
+    let open = move || state_folder::open(&folder, "mcm", "uav1", Mcm::FORMAT, false);
+    Persisted::new(manager(), 1, open, || {})
 }
 
-/// The replies to an upload that come at once.
-fn upload(persisted: &mut Persisted<Planner>) -> usize {
+/// Another mission takes the place of the present one, as a planner answers; the replies that come at once.
+fn upload(persisted: &mut Persisted<Mcm>) -> usize {
     let text =
         "name = \"other\"\n[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 50\nheight_m = 5\nflying = true\n";
     let request = v1::MissionRequest {
@@ -40,6 +47,24 @@ fn upload(persisted: &mut Persisted<Planner>) -> usize {
     let event = Event::Request { vehicle: "uav1".into(), token: Token(1), request: Request::Mission(request) };
     let mut effects = Vec::new();
     persisted.on(Now::default(), event, &mut effects);
+    persisted.act(Now::default(), &mut effects);
+    assert!(persisted.answers_later(Token(1)), "the planner works it out");
+    let (call, request) = effects
+        .iter()
+        .find_map(|it| match it {
+            Effect::Call { call, request: request @ Request::Edit(_), .. } => Some((*call, request.clone())),
+            _ => None,
+        })
+        .expect("the planner is asked");
+    let settings = Settings::of_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config/kittiwake.toml"));
+    let config = check_inputs::read(&settings).unwrap().config;
+    let mut planner = Planner::new(&config.planner, &config.energy, config.speed.pace());
+    let mut answers = Vec::new();
+    planner.on(Now::default(), Event::Request { vehicle: "uav1".into(), token: Token(2), request }, &mut answers);
+    let Some(Effect::Reply { response, .. }) = answers.pop() else { panic!("{answers:?}") };
+    let mut effects = Vec::new();
+    persisted.on(Now::default(), Event::Reply { call, result: Ok(response) }, &mut effects);
+    persisted.act(Now::default(), &mut effects);
     replies(&effects)
 }
 
@@ -48,7 +73,7 @@ fn replies(effects: &[Effect]) -> usize {
 }
 
 /// Lets it act until it replies.
-fn act_until_reply(persisted: &mut Persisted<Planner>, woken: &Receiver<()>) {
+fn act_until_reply(persisted: &mut Persisted<Mcm>, woken: &Receiver<()>) {
     loop {
         let mut effects = Vec::new();
         persisted.act(Now::default(), &mut effects);
@@ -61,11 +86,11 @@ fn act_until_reply(persisted: &mut Persisted<Planner>, woken: &Receiver<()>) {
     }
 }
 
-fn mission(persisted: &Persisted<Planner>) -> String {
-    persisted.service.memory().status.unwrap().mission
+fn mission(persisted: &Persisted<Mcm>) -> String {
+    persisted.service.memory().mission.unwrap().mission
 }
 
-fn loss(persisted: &Persisted<Planner>) -> Option<String> {
+fn loss(persisted: &Persisted<Mcm>) -> Option<String> {
     persisted.service.memory().loss.map(|it| it.why)
 }
 
@@ -124,7 +149,7 @@ fn gated<N: Resumable>(service: N) -> (Persisted<N>, Sender<io::Result<()>>, Rec
     let (wake, woken): (SyncSender<()>, _) = mpsc::sync_channel(1);
     verdicts.send(Ok(())).unwrap();
     let gate = Gate { verdicts: received, written: Vec::new() };
-    let open = || Store::over(gate, "service", "uav1", VERSION);
+    let open = || Store::over(gate, "service", "uav1", N::FORMAT);
     let persisted = Persisted::new(service, 1, open, move || _ = wake.try_send(())).unwrap();
     assert_eq!(persisted.outcome, Some(Ok(())));
     (persisted, verdicts, woken)
@@ -143,28 +168,25 @@ fn an_uploaded_mission_is_there_after_a_restart_and_gone_with_the_folder() {
 }
 
 #[test]
-fn the_state_of_a_program_before_there_were_stores_is_read() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut before = in_folder(folder.path()).unwrap();
-    upload(&mut before);
-    let text = to_json(&before.service.memory()).to_string();
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("planner.json"), text).unwrap();
-    assert_eq!(mission(&in_folder(folder.path()).unwrap()), "other");
-    std::fs::write(folder.path().join("planner.json"), "").unwrap();
-    assert_eq!(mission(&in_folder(folder.path()).unwrap()), "other", "the store's own state counts from then on");
-}
-
-#[test]
 fn a_state_that_cannot_be_used_is_a_loss() {
-    for text in ["", "{", "{}", "{\"status\":{}}", "{\"a\":1}"] {
+    #[track_caller]
+    fn check(text: &str, format: u32, expected: Option<&str>) {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("planner.json"), text).unwrap();
-        // A state without a mission belongs to another one.
-        let expected = !["{}", "{\"status\":{}}"].contains(&text);
+        let (mut store, _) = state_folder::open(folder.path(), "mcm", "uav1", format, false).unwrap();
+        store.save(text.as_bytes()).unwrap();
+        drop(store);
         let persisted = in_folder(folder.path()).unwrap();
-        assert_eq!((mission(&persisted), loss(&persisted).is_some()), ("reference".into(), expected), "{text}");
+        let found = loss(&persisted);
+        assert_eq!((mission(&persisted), found.is_some()), ("reference".into(), expected.is_some()), "{text}");
+        assert!(expected.is_none_or(|it| found.is_some_and(|found| found.contains(it))), "{text}");
     }
+    let of_this = to_json(&manager().memory()).to_string();
+    check(&of_this, Mcm::FORMAT, None);
+    check(&of_this, 1, Some("an earlier version of the program has saved it, in format 1, expected 2"));
+    check("{", Mcm::FORMAT, Some(""));
+    check("{\"a\":1}", Mcm::FORMAT, Some(""));
+    // A state without a mission belongs to another one.
+    check("{}", Mcm::FORMAT, None);
 }
 
 #[test]
@@ -173,7 +195,7 @@ fn a_generation_that_is_garbled_is_a_loss_and_the_one_before_is_used() {
     let mut first = in_folder(folder.path()).unwrap();
     upload(&mut first);
     drop(first);
-    std::fs::write(folder.path().join("planner.1"), "garbled").unwrap();
+    std::fs::write(folder.path().join("mcm.1"), "garbled").unwrap();
     let second = in_folder(folder.path()).unwrap();
     let why = loss(&second).unwrap();
     assert!(why.contains("is garbled") && why.ends_with("the state before it is used"), "{why}");
@@ -181,7 +203,7 @@ fn a_generation_that_is_garbled_is_a_loss_and_the_one_before_is_used() {
 
 #[test]
 fn an_order_outlives_either_file_of_the_state() {
-    for file in ["planner.0", "planner.1"] {
+    for file in ["mcm.0", "mcm.1"] {
         let folder = tempfile::tempdir().unwrap();
         let mut first = in_folder(folder.path()).unwrap();
         upload(&mut first);
@@ -201,7 +223,7 @@ fn a_second_process_does_not_start() {
 
 #[test]
 fn an_answer_waits_until_what_it_depends_on_is_written() {
-    let (mut persisted, verdicts, woken) = gated(planner());
+    let (mut persisted, verdicts, woken) = gated(manager());
     assert_eq!(upload(&mut persisted), 0);
     assert!(persisted.answers_later(Token(1)));
     verdicts.send(Ok(())).unwrap();
@@ -213,7 +235,7 @@ fn an_answer_waits_until_what_it_depends_on_is_written() {
 #[test]
 fn an_answer_does_not_wait_for_a_disk_that_fails_or_hangs() {
     for fails in [true, false] {
-        let (mut persisted, verdicts, woken) = gated(planner());
+        let (mut persisted, verdicts, woken) = gated(manager());
         assert_eq!(upload(&mut persisted), 0);
         if fails {
             verdicts.send(Err(io::ErrorKind::StorageFull.into())).unwrap();

@@ -26,12 +26,12 @@ const DOWN: &[&str] = &[
     "mcm/status",
     "skill/event",
     "mcm/decision",
-    "planner/status",
+    "mission/status",
     "skill/feedback",
     "mcm/tree",
 ];
 const UP: &[&str] = &["permission/ledger", "ground/contact"];
-const ANSWERED_ON_BOARD: &[&str] = &["mcm/command", "planner/mission"];
+const ANSWERED_ON_BOARD: &[&str] = &["mcm/command", "mission/request"];
 const ANSWERED_ON_THE_GROUND: &[&str] = &["permission/request"];
 
 fn set(keys: &[&'static str]) -> BTreeSet<&'static str> {

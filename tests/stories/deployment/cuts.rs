@@ -104,7 +104,7 @@ fn until_fresh(deployment: &Deployment) -> f64 {
         let young = |name: &str, limit: f64| sources[name]["wallAgeS"].as_f64().is_some_and(|age| age < limit);
         let since = start.elapsed().as_secs_f64();
         let arrived_since = |name: &str| young(name, since.clamp(0.05, 1.2));
-        ["introspection", "mcmStatus", "plannerStatus", "vehicleStatus"]
+        ["introspection", "mcmStatus", "missionStatus", "vehicleStatus"]
             .iter()
             .all(|it| arrived_since(it))
             .then_some(())

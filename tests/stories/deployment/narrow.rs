@@ -20,7 +20,7 @@ use crate::support::wait_for;
 const NARROW: Shape = Shape { bits_per_s: Some(64_000.0), delay: Duration::from_millis(100), loss: 0.0 };
 const LOSSY: Shape = Shape { loss: 0.02, ..NARROW };
 
-const BULK: &[Topic] = &[Topic::PlannerStatus, Topic::SkillFeedback, Topic::TreeSnapshot];
+const BULK: &[Topic] = &[Topic::MissionStatus, Topic::SkillFeedback, Topic::TreeSnapshot];
 const STATE: &[Topic] = &[
     Topic::VehicleStatus,
     Topic::Introspection,

@@ -33,7 +33,7 @@ fn fresh(services: &Services, what: &str) {
         let sources = services.document()["sources"].clone();
         let since = there_again.elapsed().as_secs_f64();
         let young = |it: &str| sources[it]["wallAgeS"].as_f64().is_some_and(|age| age < since);
-        ["introspection", "mcmStatus", "plannerStatus", "vehicleStatus"].iter().all(|it| young(it)).then_some(())
+        ["introspection", "mcmStatus", "missionStatus", "vehicleStatus"].iter().all(|it| young(it)).then_some(())
     });
     eprintln!("{what} killed and started again: everything fresh after {:.2?}", there_again.elapsed());
 }

@@ -259,7 +259,7 @@ mod tests {
         };
         let areas = vec![kittiwake_proto::v1::Area::from(&area); MOST_AREAS];
         let feed = kittiwake_proto::v1::Feed { areas: (0..MOST_AREAS as u32).collect(), ..Default::default() };
-        let status = kittiwake_proto::v1::PlannerStatus { areas, feeds: vec![feed], ..Default::default() };
+        let status = kittiwake_proto::v1::MissionStatus { areas, feeds: vec![feed], ..Default::default() };
         assert!(status.encoded_len() < 4 << 20, "{} bytes", status.encoded_len());
     }
 }

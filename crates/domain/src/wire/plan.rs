@@ -1,23 +1,24 @@
-//! Plans, their steps, and the requests about them.
+//! Plans, their steps, and the questions about them.
 //!
 //! A plan is accepted or refused as a whole, before any of it is flown.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use kittiwake_proto::v1;
+use kittiwake_proto::{PLANNING_PROTOCOL, v1};
 
 use super::{InvalidMessage, duration, feeds_from_wire, feeds_to_wire, flight_mode, gripper, out_of_range};
 use crate::area::Area;
 use crate::geodesy::Origin;
 use crate::mission::terms::Order;
 use crate::plan::{
-    AskAhead, Condition, Denial, DenialKind, FailedStep, Parameters, PermissionNeed, Plan, PlanReply, PlanRequest,
-    PlannerStatus, Step, StepDone, StepId,
+    Answered, AskAhead, Basis, Condition, Course, Denial, DenialKind, Failure, FlownStep, MissionStatus, Parameters,
+    PermissionNeed, Plan, PlanReply, PlanRequest, Step, StepId,
 };
 use crate::quantity::Fraction;
 use crate::site::Site;
 use crate::state::State;
+use crate::time::{Now, Time};
 
 impl From<State> for v1::PlanningState {
     fn from(state: State) -> v1::PlanningState {
@@ -102,6 +103,8 @@ impl From<Step> for v1::PlanStep {
             ask_ahead: step.ask_ahead.into_iter().map(Into::into).collect(),
             auxiliary: step.auxiliary,
             text: step.text,
+            from: Some(step.from.into()),
+            passed: step.passed,
         }
     }
 }
@@ -120,11 +123,13 @@ impl TryFrom<v1::PlanStep> for Step {
         let step = Step {
             id: step_id(step.id).ok_or(InvalidMessage::Missing("id"))?,
             objective: step.objective,
+            from: step.from.ok_or(InvalidMessage::Missing("from"))?.try_into()?,
             reaches: step.goal_state.ok_or(InvalidMessage::Missing("goal_state"))?.try_into()?,
             nominal: step.nominal.ok_or(InvalidMessage::Missing("nominal"))?.try_into()?,
             ask: needs(step.ask_permissions, step.ask_for_s)?,
             ask_ahead: step.ask_ahead.into_iter().map(AskAhead::try_from).collect::<Result<_, _>>()?,
             auxiliary: step.auxiliary,
+            passed: step.passed,
             text: step.text,
         };
         if step.ends() { Ok(step) } else { Err(InvalidMessage::Endless) }
@@ -174,7 +179,6 @@ impl From<Plan> for v1::Plan {
             objective: plan.objective,
             steps: plan.steps.into_iter().map(Into::into).collect(),
             revision: plan.revision,
-            epoch: plan.epoch,
         }
     }
 }
@@ -186,7 +190,7 @@ impl TryFrom<v1::Plan> for Plan {
         if steps.is_empty() {
             return Err(InvalidMessage::Missing("steps"));
         }
-        Ok(Plan { objective: plan.objective, steps, revision: plan.revision, epoch: plan.epoch })
+        Ok(Plan { objective: plan.objective, steps, revision: plan.revision })
     }
 }
 
@@ -215,19 +219,95 @@ impl From<v1::Denial> for Denial {
     }
 }
 
+impl From<FlownStep> for v1::FlownStep {
+    fn from(flown: FlownStep) -> v1::FlownStep {
+        v1::FlownStep {
+            step: Some(flown.step.into()),
+            state: Some(flown.state.into()),
+            at_ns: to_ns(flown.at.time.since_start()),
+            utc_ms: flown.at.utc_ms,
+        }
+    }
+}
+
+impl TryFrom<v1::FlownStep> for FlownStep {
+    type Error = InvalidMessage;
+    fn try_from(flown: v1::FlownStep) -> Result<FlownStep, InvalidMessage> {
+        Ok(FlownStep {
+            step: flown.step.ok_or(InvalidMessage::Missing("step"))?.try_into()?,
+            state: flown.state.ok_or(InvalidMessage::Missing("state"))?.try_into()?,
+            at: moment(flown.at_ns, flown.utc_ms),
+        })
+    }
+}
+
+/// A length or a moment of mission time, which a message has as nanoseconds.
+pub fn to_ns(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
+fn moment(at_ns: u64, utc_ms: i64) -> Now {
+    Now { time: Time::after(Duration::from_nanos(at_ns)), utc_ms }
+}
+
+impl From<Basis> for v1::PlanningBasis {
+    fn from(basis: Basis) -> v1::PlanningBasis {
+        v1::PlanningBasis {
+            protocol: PLANNING_PROTOCOL,
+            at_ns: to_ns(basis.at.time.since_start()),
+            utc_ms: basis.at.utc_ms,
+            state: Some(basis.state.into()),
+            vehicle_origin: basis.vehicle_origin.map(Into::into),
+            mission: Some(basis.mission.into()),
+            notes: basis.notes,
+            areas_id: basis.areas_id,
+            areas: basis.areas,
+            flown: basis.flown.into_iter().map(Into::into).collect(),
+            rest: basis.rest.into_iter().map(Into::into).collect(),
+        }
+    }
+}
+
+impl TryFrom<v1::PlanningBasis> for Basis {
+    type Error = InvalidMessage;
+    fn try_from(basis: v1::PlanningBasis) -> Result<Basis, InvalidMessage> {
+        same_protocol("mission manager", basis.protocol)?;
+        Ok(Basis {
+            at: moment(basis.at_ns, basis.utc_ms),
+            state: basis.state.ok_or(InvalidMessage::Missing("state"))?.try_into()?,
+            vehicle_origin: basis.vehicle_origin.map(Origin::try_from).transpose()?,
+            mission: basis.mission.ok_or(InvalidMessage::Missing("mission"))?.try_into()?,
+            notes: basis.notes,
+            areas_id: basis.areas_id,
+            areas: basis.areas,
+            flown: basis.flown.into_iter().map(FlownStep::try_from).collect::<Result<_, _>>()?,
+            rest: steps(basis.rest)?,
+        })
+    }
+}
+
+/// The `of` which says that it speaks version `found` speaks the one of this program.
+///
+/// # Errors
+/// If it speaks another one.
+pub fn same_protocol(of: &'static str, found: u32) -> Result<(), InvalidMessage> {
+    // The first one had no number.
+    let found = found.max(1);
+    if found == PLANNING_PROTOCOL { Ok(()) } else { Err(InvalidMessage::OtherProtocol { of, found }) }
+}
+
 impl From<PlanRequest> for v1::ReplanRequest {
     fn from(request: PlanRequest) -> v1::ReplanRequest {
-        let failed = request.failed.map(|step| (step.id.0, step.reason, step.interrupted));
-        let (failed_step_id, failure, interrupted) = failed.unwrap_or_default();
+        let failed = request.failed.is_some();
+        let (failure, interrupted) = request.failed.map(|it| (it.reason, it.interrupted)).unwrap_or_default();
         v1::ReplanRequest {
             request_id: request.request_id,
-            state: Some(request.state.into()),
-            failed_step_id,
+            basis: Some(request.basis.into()),
+            failed,
             failure,
             interrupted,
             denials: request.denials.into_iter().map(Into::into).collect(),
             held: request.grants.into_iter().map(held).collect(),
-            accepted_loss: request.accepted_loss,
         }
     }
 }
@@ -241,100 +321,102 @@ impl TryFrom<v1::ReplanRequest> for PlanRequest {
     fn try_from(request: v1::ReplanRequest) -> Result<PlanRequest, InvalidMessage> {
         Ok(PlanRequest {
             request_id: request.request_id,
-            state: request.state.ok_or(InvalidMessage::Missing("state"))?.try_into()?,
-            failed: step_id(request.failed_step_id).map(|id| FailedStep {
-                id,
-                reason: request.failure,
-                interrupted: request.interrupted,
-            }),
+            basis: request.basis.unwrap_or_default().try_into()?,
+            failed: request.failed.then_some(Failure { reason: request.failure, interrupted: request.interrupted }),
             denials: request.denials.into_iter().map(Into::into).collect(),
             grants: request
                 .held
                 .into_iter()
                 .map(|held| Ok((held.area, duration("valid_for_s", held.valid_for_s)?)))
                 .collect::<Result<_, InvalidMessage>>()?,
-            accepted_loss: request.accepted_loss,
         })
     }
 }
 
-impl From<PlanReply> for v1::ReplanReply {
-    fn from(reply: PlanReply) -> v1::ReplanReply {
+impl From<Answered> for v1::ReplanReply {
+    fn from(answered: Answered) -> v1::ReplanReply {
         use v1::replan_reply::Reply;
-        let reply = match reply {
+        let reply = match answered.reply {
             PlanReply::Plan(plan) => Reply::Plan(plan.into()),
             PlanReply::Hold { wait, reason, planned } => {
                 Reply::Hold(v1::HoldUntil { wait_s: wait.as_secs_f64(), reason, planned })
             }
             PlanReply::Finished => Reply::Finished(v1::Finished {}),
             PlanReply::Refused(reason) => Reply::Refused(v1::PlanRefusal { reason }),
+            PlanReply::AreasUnknown => Reply::AreasUnknown(v1::AreasUnknown {}),
         };
-        v1::ReplanReply { reply: Some(reply) }
+        let course = answered.course.map(|it| (it.mission.into(), it.notes));
+        let (mission, notes) = course.unzip();
+        v1::ReplanReply { reply: Some(reply), protocol: PLANNING_PROTOCOL, mission, notes }
     }
 }
 
-impl TryFrom<v1::ReplanReply> for PlanReply {
+impl TryFrom<v1::ReplanReply> for Answered {
     type Error = InvalidMessage;
-    fn try_from(reply: v1::ReplanReply) -> Result<PlanReply, InvalidMessage> {
+    fn try_from(reply: v1::ReplanReply) -> Result<Answered, InvalidMessage> {
         use v1::replan_reply::Reply;
-        Ok(match reply.reply.ok_or(InvalidMessage::Missing("reply"))? {
+        same_protocol("planner", reply.protocol)?;
+        let course = course(reply.mission, reply.notes)?;
+        let reply = match reply.reply.ok_or(InvalidMessage::Missing("reply"))? {
             Reply::Plan(plan) => PlanReply::Plan(plan.try_into()?),
             Reply::Hold(v1::HoldUntil { wait_s, reason, planned }) => {
                 PlanReply::Hold { wait: duration("wait_s", wait_s)?, reason, planned }
             }
             Reply::Finished(_) => PlanReply::Finished,
             Reply::Refused(refusal) => PlanReply::Refused(refusal.reason),
-        })
+            Reply::AreasUnknown(_) => PlanReply::AreasUnknown,
+        };
+        let is_no_answer = matches!(reply, PlanReply::Refused(_) | PlanReply::AreasUnknown);
+        if course.is_none() && !is_no_answer {
+            return Err(InvalidMessage::Missing("mission"));
+        }
+        Ok(Answered { reply, course })
     }
 }
 
-impl From<StepDone> for v1::StepDone {
-    fn from(done: StepDone) -> v1::StepDone {
-        v1::StepDone { step_id: done.id.0, state: Some(done.state.into()) }
+/// A mission as far as it has come, if there is one in an answer.
+///
+/// # Errors
+/// If it makes no sense, or has nothing to reach.
+pub fn course(
+    mission: Option<v1::MissionStatus>,
+    notes: Option<v1::PlannerNotes>,
+) -> Result<Option<Course>, InvalidMessage> {
+    let Some(mission) = mission.map(MissionStatus::try_from).transpose()? else { return Ok(None) };
+    if mission.objectives.is_empty() {
+        return Err(InvalidMessage::Missing("mission.objectives"));
     }
+    Ok(Some(Course { mission, notes: notes.unwrap_or_default() }))
 }
 
-impl TryFrom<v1::StepDone> for StepDone {
-    type Error = InvalidMessage;
-    fn try_from(done: v1::StepDone) -> Result<StepDone, InvalidMessage> {
-        Ok(StepDone {
-            id: step_id(done.step_id).ok_or(InvalidMessage::Missing("step_id"))?,
-            state: done.state.ok_or(InvalidMessage::Missing("state"))?.try_into()?,
-        })
-    }
-}
-
-impl From<PlannerStatus> for v1::PlannerStatus {
-    fn from(status: PlannerStatus) -> v1::PlannerStatus {
+impl From<MissionStatus> for v1::MissionStatus {
+    fn from(status: MissionStatus) -> v1::MissionStatus {
         let plan = v1::Plan {
             objective: status.current_objective,
             steps: status.steps.into_iter().map(Into::into).collect(),
             revision: status.revision,
-            epoch: status.epoch,
         };
-        v1::PlannerStatus {
+        v1::MissionStatus {
             mission: status.mission,
             objectives: status.objectives.into_iter().map(Into::into).collect(),
             areas: status.areas.iter().map(Into::into).collect(),
             plan: Some(plan),
             current_objective: status.current_objective,
             hold: status.hold,
-            epoch: status.epoch,
             free_order: status.order == Order::Free,
             sites: status.sites.iter().map(Into::into).collect(),
-            memory: None,
             origin: status.origin.map(Into::into),
             feeds: feeds_to_wire(&status.feeds, &status.areas),
         }
     }
 }
 
-impl TryFrom<v1::PlannerStatus> for PlannerStatus {
+impl TryFrom<v1::MissionStatus> for MissionStatus {
     type Error = InvalidMessage;
-    fn try_from(status: v1::PlannerStatus) -> Result<PlannerStatus, InvalidMessage> {
+    fn try_from(status: v1::MissionStatus) -> Result<MissionStatus, InvalidMessage> {
         let plan = status.plan.unwrap_or_default();
         let feeds = feeds_from_wire(status.feeds, &status.areas)?;
-        Ok(PlannerStatus {
+        Ok(MissionStatus {
             mission: status.mission,
             objectives: status.objectives.into_iter().map(TryInto::try_into).collect::<Result<_, _>>()?,
             areas: status.areas.into_iter().map(Area::try_from).collect::<Result<_, _>>()?,
@@ -342,7 +424,6 @@ impl TryFrom<v1::PlannerStatus> for PlannerStatus {
             revision: plan.revision,
             current_objective: status.current_objective,
             hold: status.hold,
-            epoch: status.epoch,
             order: if status.free_order { Order::Free } else { Order::Given },
             sites: status.sites.into_iter().map(Site::try_from).collect::<Result<_, _>>()?,
             origin: status.origin.map(Origin::try_from).transpose()?,
@@ -402,10 +483,12 @@ mod tests {
             });
             ahead.collect()
         });
-        (1..u64::MAX, any::<u32>(), state(), parameters, ask, ask_ahead, any::<bool>(), name())
-            .prop_map(|(id, objective, reaches, nominal, ask, ask_ahead, auxiliary, text)| Step {
+        ((1..u64::MAX, any::<u32>()), (ned(), state()), parameters, ask, ask_ahead, any::<bool>(), name())
+            .prop_map(|((id, objective), (from, reaches), nominal, ask, ask_ahead, auxiliary, text)| Step {
                 id: StepId(id),
                 objective,
+                passed: objective / 2,
+                from,
                 reaches,
                 nominal,
                 ask,
@@ -426,13 +509,15 @@ mod tests {
     }
 
     fn plan() -> impl Strategy<Value = Plan> {
-        (any::<u32>(), distinct_steps(1), any::<u64>(), any::<u64>())
-            .prop_map(|(objective, steps, revision, epoch)| Plan { objective, steps, revision, epoch })
+        (any::<u32>(), distinct_steps(1), any::<u64>()).prop_map(|(objective, steps, revision)| Plan {
+            objective,
+            steps,
+            revision,
+        })
     }
 
     fn request() -> impl Strategy<Value = PlanRequest> {
-        let failed = (1..u64::MAX, name(), any::<bool>());
-        let failed = failed.prop_map(|(id, reason, interrupted)| FailedStep { id: StepId(id), reason, interrupted });
+        let failed = (name(), any::<bool>()).prop_map(|(reason, interrupted)| Failure { reason, interrupted });
         let kind = prop::sample::select(vec![
             DenialKind::Refused,
             DenialKind::Silent,
@@ -442,48 +527,70 @@ mod tests {
         let denial = (name(), kind, name()).prop_map(|(area, kind, reason)| Denial { area, kind, reason });
         let grants = prop::collection::btree_map(name(), (0..1_000_000u64).prop_map(Duration::from_millis), 0..3);
         let denials = prop::collection::vec(denial, 0..3);
-        (name(), state(), grants, prop::option::of(failed), denials, any::<u64>()).prop_map(
-            |(request_id, state, grants, failed, denials, accepted_loss)| PlanRequest {
-                request_id,
+        (name(), basis(), grants, prop::option::of(failed), denials).prop_map(
+            |(request_id, basis, grants, failed, denials)| PlanRequest { request_id, basis, grants, failed, denials },
+        )
+    }
+
+    fn now() -> impl Strategy<Value = Now> {
+        (any::<u64>(), any::<i64>()).prop_map(|(at_ns, utc_ms)| moment(at_ns, utc_ms))
+    }
+
+    fn basis() -> impl Strategy<Value = Basis> {
+        let flown = (step(), state(), now()).prop_map(|(step, state, at)| FlownStep { step, state, at });
+        let areas = prop::option::of(prop::collection::vec(any::<u8>(), 0..4).prop_map(Into::into));
+        let plan = (prop::collection::vec(flown, 0..3), distinct_steps(0));
+        (now(), state(), prop::option::of(origin()), status(), (name(), areas), plan).prop_map(
+            |(at, state, vehicle_origin, mission, (areas_id, areas), (flown, rest))| Basis {
+                at,
                 state,
-                grants,
-                failed,
-                denials,
-                accepted_loss,
+                vehicle_origin,
+                mission,
+                notes: areas.is_some().then(v1::PlannerNotes::default),
+                areas_id,
+                areas,
+                flown,
+                rest,
             },
         )
     }
 
-    fn reply() -> impl Strategy<Value = PlanReply> {
+    fn reply() -> impl Strategy<Value = Answered> {
         let hold = (0..1_000_000u64, name(), any::<bool>()).prop_map(|(wait_ms, reason, planned)| {
             let wait = Duration::from_millis(wait_ms);
             PlanReply::Hold { wait, reason, planned }
         });
-        prop_oneof![
+        let reply = prop_oneof![
             plan().prop_map(PlanReply::Plan),
             hold,
             Just(PlanReply::Finished),
-            name().prop_map(PlanReply::Refused)
-        ]
+            name().prop_map(PlanReply::Refused),
+            Just(PlanReply::AreasUnknown),
+        ];
+        let mission = status().prop_filter("it has objectives", |it| !it.objectives.is_empty());
+        (reply, mission, any::<u64>()).prop_map(|(reply, mission, revision)| {
+            let notes = v1::PlannerNotes { last_step_id: revision, ..Default::default() };
+            Answered { reply, course: Some(Course { mission, notes }) }
+        })
     }
 
-    fn status() -> impl Strategy<Value = PlannerStatus> {
+    fn status() -> impl Strategy<Value = MissionStatus> {
         let sites = prop::collection::vec(site(), 0..3);
         let areas = prop::collection::vec(area(), 0..3);
         let mission = (name(), prop::collection::vec(objective(), 0..3), areas, sites, prop::option::of(origin()));
-        (mission, distinct_steps(0), any::<u64>(), any::<u32>(), name(), any::<u64>(), any::<bool>()).prop_map(
-            |((mission, objectives, areas, sites, origin), steps, revision, current_objective, hold, epoch, free)| {
+        (mission, distinct_steps(0), any::<u64>(), any::<u32>(), name(), any::<bool>()).prop_map(
+            |((mission, objectives, areas, sites, origin), steps, revision, current_objective, hold, free)| {
                 let names: std::collections::BTreeSet<&String> = areas.iter().map(|it| &it.name).collect();
                 let feed = Feed {
                     name: hold.clone(),
                     provider: free.then(|| mission.clone()),
-                    issued_utc_ms: Some(epoch as i64),
+                    issued_utc_ms: Some(revision as i64),
                     // Names are found again where no two areas have the same.
                     areas: areas.iter().filter(|_| names.len() == areas.len()).map(|it| it.name.clone()).collect(),
                     ..Feed::default()
                 };
                 let feeds = vec![feed; usize::from(current_objective % 2 == 0)];
-                PlannerStatus {
+                MissionStatus {
                     mission,
                     objectives,
                     areas,
@@ -491,7 +598,6 @@ mod tests {
                     revision,
                     current_objective,
                     hold,
-                    epoch,
                     order: if free { Order::Free } else { Order::Given },
                     sites,
                     origin,
@@ -510,13 +616,11 @@ mod tests {
             request in request(),
             reply in reply(),
             status in status(),
-            done in (1..u64::MAX, state()).prop_map(|(id, state)| StepDone { id: StepId(id), state }),
         ) {
             prop_assert_eq!(Plan::try_from(v1::Plan::from(plan.clone())), Ok(plan));
             prop_assert_eq!(PlanRequest::try_from(v1::ReplanRequest::from(request.clone())), Ok(request));
-            prop_assert_eq!(PlanReply::try_from(v1::ReplanReply::from(reply.clone())), Ok(reply));
-            prop_assert_eq!(PlannerStatus::try_from(v1::PlannerStatus::from(status.clone())), Ok(status));
-            prop_assert_eq!(StepDone::try_from(v1::StepDone::from(done.clone())), Ok(done));
+            prop_assert_eq!(Answered::try_from(v1::ReplanReply::from(reply.clone())), Ok(reply));
+            prop_assert_eq!(MissionStatus::try_from(v1::MissionStatus::from(status.clone())), Ok(status));
         }
     }
 
@@ -527,8 +631,13 @@ mod tests {
             let state = Some(v1::PlanningState { position: Some(v1::Ned::default()), ..Default::default() });
             let goal = Some(v1::SkillGoal { goal: Some(v1::skill_goal::Goal::Land(v1::LandGoal {})) });
             let nominal = Some(v1::ParameterSet { goal, ..Default::default() });
-            let step =
-                |id| v1::PlanStep { id, goal_state: state.clone(), nominal: nominal.clone(), ..Default::default() };
+            let step = |id| v1::PlanStep {
+                id,
+                from: Some(v1::Ned::default()),
+                goal_state: state.clone(),
+                nominal: nominal.clone(),
+                ..Default::default()
+            };
             let mut plan = v1::Plan { steps: vec![step(1), step(2)], ..Default::default() };
             assert!(Plan::try_from(plan.clone()).is_ok());
             change(&mut plan);

@@ -8,7 +8,7 @@ use domain::mission::Mission;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Request, Response, Service, Topic};
 use kittiwake_proto::v1;
-use node::{Effect, Event, Node};
+use node::{Effect, Event, Node, Token};
 use signed_permissions::key::PublicKey;
 
 use crate::config::Config;
@@ -57,10 +57,10 @@ impl Mcm {
         })
     }
 
-    /// Made for `mission`: a persisted state counts only for the same mission.
+    /// Flies `mission`; a persisted state counts only for the same mission file.
     pub fn of_mission(mut self, mission: &Mission) -> Mcm {
         self.configured = mission.identity();
-        self.world.expect_areas(&mission.areas);
+        self.world.begin_mission(mission);
         self
     }
 
@@ -168,18 +168,11 @@ impl Node for Mcm {
     }
 
     fn subscriptions(&self) -> &'static [Topic] {
-        &[
-            Topic::Introspection,
-            Topic::SkillEvent,
-            Topic::SkillFeedback,
-            Topic::SkillControl,
-            Topic::PermissionLedger,
-            Topic::PlannerStatus,
-        ]
+        &[Topic::Introspection, Topic::SkillEvent, Topic::SkillFeedback, Topic::SkillControl, Topic::PermissionLedger]
     }
 
     fn serves(&self) -> &'static [Service] {
-        &[Service::OperatorCommand]
+        &[Service::OperatorCommand, Service::Mission]
     }
 
     fn on(&mut self, now: Now, event: Event, _: &mut Vec<Effect>) {
@@ -198,6 +191,7 @@ impl Node for Mcm {
                     self.next_tick.get_or_insert(now.time);
                 }
             }
+            Event::Request { token, request: Request::Mission(request), .. } => self.world.take_request(token, request),
             Event::Peer { vehicle, service, alive: true, .. } if service == "monitor" => {
                 self.world.monitor_started(&vehicle);
             }
@@ -220,6 +214,10 @@ impl Node for Mcm {
             self.world.publish(record);
         }
         self.world.drain_into(effects);
+    }
+
+    fn answers_later(&self, token: Token) -> bool {
+        self.world.answers_later(token)
     }
 
     fn deadline(&self) -> Option<Time> {

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use domain::plan::StepId;
 use kittiwake_proto::topics::{Message, Request, Response};
 use node::{CallId, Effect, MessageKind, Token};
 
@@ -18,10 +17,8 @@ pub(crate) enum Purpose {
     SkillTable,
     /// A new plan, by its request id.
     Replan(String),
-    /// The step after this one.
-    NextStep(StepId),
-    /// The report that this step was flown.
-    StepDone(StepId),
+    /// What an operator's request about the mission comes to, by its number.
+    Edit(u64),
     /// Permission to enter this area.
     Permission(String),
 }

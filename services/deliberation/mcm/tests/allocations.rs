@@ -11,7 +11,6 @@ fn the_tree_costs_memory_when_it_is_reported_and_not_when_it_is_ticked() {
     let mut rig = Rig::new();
     rig.plan(plan(&[step(1, Goal::Takeoff { climb_m: 10.0 }, &[])]));
     rig.execute();
-    rig.next(None);
     rig.vehicle(true, Takeoff, (0.0, 0.0, 5.0));
     // At the time of a report; the next one is due half a second later.
     rig.wait(0.5);
@@ -28,7 +27,6 @@ fn a_wake_with_nothing_new_allocates_nothing() {
     let mut rig = Rig::new();
     rig.plan(plan(&[step(1, Goal::Takeoff { climb_m: 10.0 }, &[])]));
     rig.execute();
-    rig.next(None);
     let say = |rig: &mut Rig| rig.vehicle(true, Takeoff, (0.0, 0.0, 5.0));
     say(&mut rig);
     // The only ones are the vehicle's name in two events, which the test makes each time.

@@ -42,7 +42,6 @@ fn under_way() -> (Rig, String) {
     let mut rig = Rig::new();
     rig.plan(plan(&[step(1, fly(100.0), &[]), step(2, Goal::Land, &[])]));
     let skill = rig.execute();
-    rig.next(Some(step(2, Goal::Land, &[])));
     rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
     rig.story();
     (rig, skill)
@@ -52,14 +51,10 @@ fn under_way() -> (Rig, String) {
 fn the_next_step_starts_in_the_tick_that_ends_the_last() {
     let (mut rig, skill) = under_way();
     rig.end(&skill, Succeeded, "");
-    assert_eq!(rig.story(), "start land\ndone 1");
-    rig.acknowledge_done();
+    assert_eq!(rig.story(), "start land");
     let skill = rig.execute();
-    rig.next(None);
     rig.vehicle(false, Land, (0.0, 100.0, 0.0));
     rig.end(&skill, Succeeded, "");
-    assert_eq!(rig.story(), "done 2");
-    rig.acknowledge_done();
     assert_eq!(rig.story(), "replan after 0 () []");
 }
 
@@ -68,8 +63,7 @@ fn what_a_skill_has_shown_is_not_taken_back_by_an_introspection_from_before() {
     /// The vehicle's state in the open request to the planner.
     fn told(rig: &Rig) -> (bool, f64) {
         let state = rig.open().find_map(|it| match it {
-            Request::StepDone(it) => it.state.clone(),
-            Request::Replan(it) => it.state.clone(),
+            Request::Replan(it) => it.basis.as_ref()?.state.clone(),
             _ => None,
         });
         let state = state.expect("a step was flown");
@@ -79,9 +73,7 @@ fn what_a_skill_has_shown_is_not_taken_back_by_an_introspection_from_before() {
     fn check(order: fn(&mut Rig, v1::SkillEvent, v1::Introspection)) {
         let (mut rig, skill) = under_way();
         rig.end(&skill, Succeeded, "");
-        rig.acknowledge_done();
         let request_id = rig.execute();
-        rig.next(None);
         rig.vehicle(true, Land, (0.0, 100.0, 2.0));
         let before = rig.introspection();
         let measured = before.land_detected.map_or(0, |it| it.timestamp_us) + 1;
@@ -97,14 +89,10 @@ fn what_a_skill_has_shown_is_not_taken_back_by_an_introspection_from_before() {
             ..Default::default()
         };
         order(&mut rig, landed, before.clone());
-        assert_eq!(told(&rig), (false, 101.0), "when the step is reported");
-        rig.say(before);
-        rig.acknowledge_done();
-        assert_eq!(told(&rig), (false, 101.0), "when a plan is asked for");
+        assert_eq!(told(&rig), (false, 101.0));
         // A newer state counts.
         rig.plan(plan(&[step(3, fly(100.0), &[])]));
         let skill = rig.execute();
-        rig.next(None);
         rig.vehicle(true, Offboard, (0.0, 110.0, 10.0));
         rig.vehicle(true, Offboard, (0.0, 110.0, 10.0));
         rig.end(&skill, Succeeded, "");
@@ -136,7 +124,6 @@ fn a_mode_is_held_against_a_skill_only_once_it_has_flown_its_own() {
     flown.nominal.as_mut().expect("it has parameters").invariant = Some(invariant);
     rig.plan(plan(&[flown]));
     rig.execute();
-    rig.next(None);
     rig.story();
     rig.wait(0.5);
     rig.vehicle(true, Loiter, (0.0, 0.0, 10.0));
@@ -256,7 +243,7 @@ fn a_response_goes_down_its_chain_and_up_again_for_as_long_as_it_flies() {
 #[test]
 fn a_landing_that_did_not_come_down_goes_elsewhere() {
     let (mut rig, _) = under_way();
-    rig.say(v1::PlannerStatus {
+    rig.mission(v1::MissionStatus {
         objectives: vec![v1::Objective {
             name: "deck".into(),
             position: Some(v1::Ned { north_m: 0.0, east_m: 90.0, down_m: -30.0 }),
@@ -361,7 +348,6 @@ fn after_a_landing_that_nobody_planned_the_mission_waits_for_an_operator() {
 fn a_mission_that_is_over_in_the_air_brings_the_vehicle_down() {
     let mut rig = Rig::new();
     rig.vehicle(true, Loiter, (0.0, 50.0, 20.0));
-    rig.say(v1::PlannerStatus::default());
     rig.plan(v1::replan_reply::Reply::Finished(v1::Finished {}));
     assert_eq!(rig.story(), "replan after 0 () []\nstart fly 0 0 20");
     rig.execute();
@@ -395,7 +381,6 @@ fn the_wait_at_a_border_ends_with_the_grant() {
     rig.vehicle(true, Loiter, (0.0, 0.0, 10.0));
     rig.plan(plan(&[step(1, fly(80.0), &["A"]), step(2, fly(500.0), &[])]));
     rig.execute();
-    rig.next(Some(step(2, fly(500.0), &[])));
     assert_eq!(rig.story(), "replan after 0 () []\nask A\nstart fly 0 80 10");
     rig.vehicle(true, Offboard, (0.0, 40.0, 10.0));
     let granted = v1::Permission {
@@ -406,7 +391,7 @@ fn the_wait_at_a_border_ends_with_the_grant() {
         ..Default::default()
     };
     rig.say(v1::PermissionLedger { permissions: vec![granted], ..Default::default() });
-    assert_eq!(rig.story(), "start fly 0 500 10, giving up 1\ndone 1");
+    assert_eq!(rig.story(), "start fly 0 500 10, giving up 1");
 }
 
 #[test]
@@ -417,7 +402,7 @@ fn an_area_is_left_by_the_quickest_way_in_the_wind_as_it_is() {
         let corner = |(north_m, east_m)| v1::Ned { north_m, east_m, down_m: 0.0 };
         let corners = [(-200.0, 100.0), (200.0, 100.0), (200.0, 400.0), (-200.0, 400.0)].map(corner).to_vec();
         let area = v1::Area { name: "A".into(), kind: v1::AreaKind::Permission as i32, corners, ..Default::default() };
-        rig.say(v1::PlannerStatus { areas: vec![area], ..Default::default() });
+        rig.mission(v1::MissionStatus { areas: vec![area], ..Default::default() });
         let granted = v1::Permission {
             area: "A".into(),
             state: v1::PermissionState::Granted as i32,
@@ -541,7 +526,6 @@ fn without_a_step_that_failed_the_transition_is_a_stop() {
     rig.execute();
     rig.plan(plan(&[step(7, fly(80.0), &[])]));
     let flown = rig.execute();
-    rig.next(None);
     rig.story();
     rig.end(&flown, Succeeded, "");
     assert!(rig.story().contains("start stop"), "not on towards the goal of the step before");
@@ -564,8 +548,6 @@ fn a_message_that_makes_no_sense_is_refused_and_changes_nothing() {
         "permission/ledger refused: `valid_for_s` is NaN, expected seconds, zero or more",
     );
     check(v1::SkillEvent { skill_id: 1, ..Default::default() }, "skill/event refused: `state` is missing");
-    let area = v1::Area { name: "K".into(), ..Default::default() };
-    check(v1::PlannerStatus { areas: vec![area], ..Default::default() }, "planner/status refused: `kind` is missing");
 }
 
 #[test]
@@ -581,7 +563,7 @@ fn a_transition_that_fails_raises_its_flag() {
 #[test]
 fn a_mission_without_anything_left_to_do_ends_with_a_report() {
     let mut rig = Rig::new();
-    rig.say(v1::PlannerStatus {
+    rig.mission(v1::MissionStatus {
         objectives: vec![v1::Objective {
             name: "home".into(),
             position: Some(v1::Ned::default()),
@@ -598,23 +580,13 @@ fn a_mission_without_anything_left_to_do_ends_with_a_report() {
 }
 
 #[test]
-fn a_planner_that_has_finished_and_does_not_remember_it_is_asked_again() {
+fn a_planner_of_another_version_is_refused_by_its_version() {
     let mut rig = Rig::new();
-    let objective = v1::Objective {
-        name: "home".into(),
-        position: Some(v1::Ned::default()),
-        state: v1::ObjectiveState::Waiting as i32,
-        ..Default::default()
-    };
-    rig.say(v1::PlannerStatus { objectives: vec![objective], ..Default::default() });
-    rig.plan(v1::replan_reply::Reply::Finished(v1::Finished {}));
     rig.story();
-    rig.wait(0.9);
-    assert_eq!(rig.story(), "", "its status may still come");
-    rig.wait(0.3);
-    assert_eq!(rig.story(), "replan after 0 () []");
-    let why = "the planner has answered that every objective is settled, and its status does not say so; asking again";
-    assert!(rig.decisions.iter().any(|it| it == why), "{:?}", rig.decisions);
+    rig.answer_plan(plan(&[step(1, fly(80.0), &[])]), 0);
+    let why = "the planner speaks version 1 of the questions about plans, expected 2: start both from one version of the program";
+    assert_eq!(rig.story(), format!("planner/replan refused: {why}"));
+    assert!(rig.decisions.iter().any(|it| it.contains(why)), "{:?}", rig.decisions);
 }
 
 #[test]
@@ -632,11 +604,11 @@ fn a_skill_that_is_given_up_before_its_id_is_known_is_cancelled_when_it_comes() 
 }
 
 #[test]
-fn a_step_costs_one_request_for_its_skill_one_for_the_next_step_and_one_that_it_was_flown() {
+fn a_step_costs_one_request_for_its_skill() {
     let (mut rig, skill) = under_way();
     assert_eq!(rig.open().count(), 0);
     rig.end(&skill, Succeeded, "");
-    assert_eq!(rig.open().count(), 3);
+    assert_eq!(rig.open().count(), 1);
 }
 
 #[test]

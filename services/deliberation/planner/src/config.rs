@@ -87,8 +87,6 @@ pub struct Config {
     /// Time to hold because of one area in all, in seconds; then round it, or the objective fails.
     /// (SPEC 5: 120 s.)
     pub hold_at_most_s: Positive,
-    /// The status is repeated this often in wall time, in Hz. (SPEC 5: 1 Hz.)
-    pub status_rate_hz: Positive,
     /// A mission's origin may lie this far from that of the vehicle's local frame. (ENG: a satellite position without corrections
     /// is some metres off.)
     pub origin_tolerance_m: OriginTolerance,
@@ -253,7 +251,6 @@ impl Config {
             ask_ahead_s = 8.0
             retry_after_denial_s = 30.0
             hold_at_most_s = 120.0
-            status_rate_hz = 1.0
             origin_tolerance_m = 5.0
         ";
 }

@@ -9,13 +9,13 @@ use domain::alternates::Alternate;
 use domain::energy::{Budget, Shortfall};
 use domain::geometry::Ned;
 use domain::mission::Progress;
-use domain::plan::{Plan, PlanRequest};
+use domain::plan::Plan;
 use domain::quantity::Fraction;
 use domain::state::State;
 use domain::time::Now;
 
 use crate::energy::Hop;
-use crate::mission_planner::{Answer, MissionPlanner};
+use crate::mission_planner::{Answer, MissionPlanner, Question};
 use crate::objectives::Objective;
 use crate::plan::Step;
 
@@ -125,7 +125,7 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
     // Each is planned for, stayed at, and passed.
     let most_answers = 3 * planner.objectives().all().len() + MOST_WAITS;
     for _ in 0..most_answers {
-        let answer = planner.replan(request(&state), now);
+        let answer = planner.replan(question(&state), now);
         let index = planner.objectives().current_index();
         if let Some(objective) = planner.objectives().all().get(index)
             && forecasts.last().is_none_or(|it| it.objective != objective.name)
@@ -150,9 +150,8 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
                     charge: charge_after(first_charge, used_wh, &planner).and_then(|it| it.try_into().ok()),
                     ..last.action.to.clone()
                 };
-                if last.id.is_none_or(|id| planner.step_done(id, &state, now).is_err()) {
-                    break;
-                }
+                planner.pass_turns_of(&steps);
+                planner.flown(last, true, &state, now);
             }
             Answer::Hold { wait, reason } => {
                 forecast.wait = reason;
@@ -192,15 +191,8 @@ fn settled(planner: &MissionPlanner, forecasts: &mut Vec<Forecast>) -> Vec<Forec
     planner.objectives().all().iter().map(settle).collect()
 }
 
-fn request(state: &State) -> PlanRequest {
-    PlanRequest {
-        request_id: String::new(),
-        state: state.clone(),
-        grants: Grants::new(),
-        failed: None,
-        denials: Vec::new(),
-        accepted_loss: 0,
-    }
+fn question(state: &State) -> Question {
+    Question { state: state.clone(), grants: Grants::new(), failed: None, denials: Vec::new() }
 }
 
 fn blank(objective: &Objective) -> Forecast {

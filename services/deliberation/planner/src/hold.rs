@@ -11,7 +11,7 @@ use crate::permissions::Permissions;
 use crate::plan::Step;
 
 /// Waiting for an area's back-off to end.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Hold {
     /// Which area.
     pub area: String,

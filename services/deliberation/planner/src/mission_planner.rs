@@ -1,8 +1,9 @@
 //! Answers the mission manager: what to fly next, until every objective is reached or given up.
 //!
-//! It knows neither messages nor topics, and the same requests at the same times get the same answers.
+//! It is made for one question, from the mission as far as it has come, and what has become of that is a part of the answer. It knows
+//! neither messages nor topics, and the same questions get the same answers.
 
-mod begun;
+mod course;
 mod edits;
 mod feasibility;
 mod holding;
@@ -16,9 +17,11 @@ use domain::energy::EnergyModel;
 use domain::fmu::Gripper;
 use domain::geodesy::Origin;
 use domain::mission::{Mission, Progress};
-use domain::plan::{self, DenialKind, FailedStep, PlanRequest, PlannerStatus, StepId};
+use domain::plan::{self, Denial, DenialKind, Failure, MissionStatus, StepId};
 use domain::state::{State, Tolerance};
-use domain::time::{Now, Pace};
+use domain::time::{Now, Pace, Time};
+
+use domain::airspace::Grants;
 
 use crate::airspace::{self, Airspace, Closures};
 use crate::area_map::AreaMap;
@@ -31,18 +34,19 @@ use crate::grant_lengths::{self, TooShort};
 use crate::hold::{Hold, TooEarly, too_early, without_asking_at};
 use crate::objectives::Objectives;
 use crate::permissions::Permissions;
-use crate::plan::{Plan, Step};
+use crate::plan::Step;
 use crate::repair::repair;
 use crate::stuck::{Stuck, Verdict};
 use crate::survey::Via;
 
-use begun::Begun;
+pub(crate) use course::Brought;
+use edits::Edited;
 use holding::PlanNow;
 
 /// An area counts as over this long after its end.
 const OVER: Duration = Duration::from_secs(1);
 
-/// The planner's state.
+/// A mission as far as it has come, and all that is needed to plan it.
 #[derive(Debug)]
 pub(crate) struct MissionPlanner {
     config: Config,
@@ -52,23 +56,42 @@ pub(crate) struct MissionPlanner {
     map: AreaMap,
     objectives: Objectives,
     permissions: Permissions,
-    plan: Plan,
+    /// What is left of the present plan, first to fly first.
+    rest: Vec<Step>,
+    /// Plans and steps given out so far.
     revision: u64,
-    epoch: u64,
     last_step_id: u64,
-    /// The step flown last of the present plan.
-    last_done: Option<StepId>,
     stuck: Stuck,
     hold: Option<Hold>,
     energy: EnergyModel,
-    /// Where the vehicle's local frame has its origin, as it said last; `None` as long as it does not know.
+    /// Where the vehicle's local frame has its origin; `None` as long as that is not known.
     vehicle_origin: Option<Origin>,
     /// When the mission's first plan was made.
-    begun: Option<Begun>,
-    /// The order that was chosen then, where it is free.
-    chosen_order: Option<Choice>,
+    begun: Option<Time>,
+    /// What an operator has changed.
+    edited: Option<Edited>,
     /// It only tells what would be flown: what is left out for want of energy is decided from its whole forecast.
-    is_forecast: bool,
+    forecast: Option<AsForecast>,
+}
+
+/// A forecast in the making.
+#[derive(Debug, Default)]
+struct AsForecast {
+    /// The order that was chosen, where it is free.
+    chosen_order: Option<Choice>,
+}
+
+/// What a plan is made for.
+#[derive(Debug, Clone)]
+pub(crate) struct Question {
+    /// Where the vehicle is and what it may enter.
+    pub(crate) state: State,
+    /// For how long each permission holds from now on.
+    pub(crate) grants: Grants,
+    /// How the first step of the rest has failed, if it has.
+    pub(crate) failed: Option<Failure>,
+    /// Areas whose permission was denied during it.
+    pub(crate) denials: Vec<Denial>,
 }
 
 /// What there is to fly.
@@ -94,11 +117,6 @@ pub(crate) enum Answer {
     Finished,
 }
 
-/// A step id that was never given out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("step {0} is not of any plan made here")]
-pub(crate) struct UnknownStep(pub StepId);
-
 /// A step that failed, and the steps that were to follow it.
 struct Failed {
     step: Step,
@@ -113,7 +131,7 @@ impl Failed {
 }
 
 impl MissionPlanner {
-    /// A planner that has not planned anything yet.
+    /// A planner of a mission of which nothing was attempted.
     pub(crate) fn new(config: &Config, energy: &EnergyModel, mission: Mission, pace: Pace) -> MissionPlanner {
         MissionPlanner {
             config: config.in_wind(energy.usual_wind()),
@@ -122,26 +140,23 @@ impl MissionPlanner {
             mission,
             map: AreaMap::default(),
             permissions: Permissions::default(),
-            plan: Plan::default(),
+            rest: Vec::new(),
             revision: 0,
-            epoch: 0,
             last_step_id: 0,
-            last_done: None,
             stuck: Stuck::default(),
             hold: None,
             energy: *energy,
             vehicle_origin: None,
             begun: None,
-            chosen_order: None,
-            is_forecast: false,
+            edited: None,
+            forecast: None,
         }
     }
 
     /// Replans: from the failed step's goal as long as what comes after it is still valid, else
     /// from the objective; objectives without a plan fail, and the next one is planned.
-    pub(crate) fn replan(&mut self, request: PlanRequest, now: Now) -> Answer {
-        let PlanRequest { state, grants: known, failed: failed_step, denials, .. } = request;
-        self.pass(now);
+    pub(crate) fn replan(&mut self, question: Question, now: Now) -> Answer {
+        let Question { state, grants: known, failed: failure, denials } = question;
         self.end_hold(now.time);
         self.note_granted(&state);
         if let Some(answer) = self.answer_to_misfit() {
@@ -158,16 +173,16 @@ impl MissionPlanner {
                 _ => self.permissions.denied(denial, now.time, &self.config),
             }
         }
-        let releases_next = self.plan.steps().first().is_some_and(Step::releases);
-        let mut failed = self.take_failed(failed_step.as_ref().map(|step| step.id));
+        let releases_next = self.rest.first().is_some_and(Step::releases);
+        let mut failed = self.take_failed(failure.is_some());
         let release_was_due = releases_next || failed.as_ref().is_some_and(|it| it.step.releases());
         let is_released = state.gripper == Some(Gripper::Released) && failed.as_ref().is_some_and(Failed::releases);
         if self.judge_release(&state, release_was_due, now) || is_released {
             // What was planned for a load that is gone is not mended.
             failed = None;
         }
-        if let Some((Failed { step, .. }, FailedStep { reason, .. })) =
-            failed.as_ref().zip(failed_step.filter(|it| !it.interrupted))
+        if let Some((Failed { step, .. }, Failure { reason, .. })) =
+            failed.as_ref().zip(failure.filter(|it| !it.interrupted))
             && denials.is_empty()
         {
             match self.stuck.failed(step, &state, &reason, self.tolerance(), &self.config) {
@@ -275,33 +290,16 @@ impl MissionPlanner {
         }
     }
 
-    /// The step to fly after step `id`, whether that one was flown already or not; the first one for `None`.
-    pub(crate) fn next_after(&self, id: Option<StepId>) -> Option<Step> {
-        match id {
-            Some(id) if self.last_done != Some(id) => self.plan.after(id),
-            _ => self.plan.steps().into_iter().next(),
-        }
-    }
-
-    /// Step `id` was flown and left the vehicle in `state`. Said again, it changes nothing.
-    pub(crate) fn step_done(&mut self, id: StepId, state: &State, now: Now) -> Result<(), UnknownStep> {
-        if self.last_step_id < id.0 {
-            return Err(UnknownStep(id));
-        }
-        self.pass(now);
+    /// `step` was flown and left the vehicle in `state`; `is_end`: nothing is left of its plan.
+    pub(crate) fn flown(&mut self, step: &Step, is_end: bool, state: &State, now: Now) {
         self.note_granted(state);
-        let Some((before, step)) = self.plan.drop_through(id) else { return Ok(()) };
-        self.pass_turns_of(before.iter().chain([&step]));
-        self.last_done = Some(id);
-        self.stuck.flown(&step);
-        if self.has_lost_load(&step, state) {
-            return Ok(());
-        }
-        if !self.plan.is_empty() {
-            return Ok(());
+        self.pass_turns_of([step]);
+        self.stuck.flown(step);
+        if self.has_lost_load(step, state) || !is_end {
+            return;
         }
         let tolerance = self.tolerance();
-        let Some(objective) = self.objectives.current() else { return Ok(()) };
+        let Some(objective) = self.objectives.current() else { return };
         if step.releases() && state.gripper == Some(Gripper::Released) {
             objective.release_seen();
         }
@@ -315,7 +313,6 @@ impl MissionPlanner {
         {
             self.conclude(Progress::Failure(reason));
         }
-        Ok(())
     }
 
     /// How fast mission time runs.
@@ -339,36 +336,28 @@ impl MissionPlanner {
         &self.mission
     }
 
-    /// Of the steps given out so far.
-    pub(crate) fn last_step_id(&self) -> u64 {
-        self.last_step_id
-    }
-
     /// What is left of the present plan.
     pub(crate) fn plan(&self) -> plan::Plan {
+        let objective = self.objectives.current_index();
         plan::Plan {
-            objective: self.objectives.current_index() as u32,
-            steps: self.flyable_steps(),
+            objective: objective as u32,
+            steps: self.rest.iter().filter_map(|step| step.flyable(objective)).collect(),
             revision: self.revision,
-            epoch: self.epoch,
         }
     }
 
-    /// The planner's status.
-    pub(crate) fn status(&self) -> PlannerStatus {
-        PlannerStatus {
+    /// The mission as far as it has come, without its areas, feeds and steps.
+    pub(crate) fn status(&self) -> MissionStatus {
+        MissionStatus {
             mission: self.mission.name.clone(),
             objectives: self.objectives.all().iter().map(|objective| objective.status()).collect(),
-            areas: self.mission.areas.clone(),
-            steps: self.flyable_steps(),
             revision: self.revision,
             current_objective: self.objectives.current_index() as u32,
             hold: self.held_by().unwrap_or_default(),
-            epoch: self.epoch,
             order: self.mission.order,
             sites: self.mission.sites.clone(),
             origin: self.mission.origin,
-            feeds: self.mission.feeds.clone(),
+            ..MissionStatus::default()
         }
     }
 
@@ -377,52 +366,14 @@ impl MissionPlanner {
         self.hold.as_ref().map(|hold| hold.reason.clone()).or_else(|| self.waits_for_origin())
     }
 
-    /// `step` of the current objective's plan, as it is flown; `None` if it has no id yet.
-    pub(crate) fn flyable(&self, step: &Step) -> Option<plan::Step> {
-        Some(plan::Step {
-            id: step.id?,
-            objective: self.objectives.current_index() as u32,
-            reaches: step.action.to.clone(),
-            nominal: step.action.nominal.clone(),
-            ask: step.communication.ask.clone(),
-            ask_ahead: step.communication.ask_ahead.clone(),
-            auxiliary: step.communication.auxiliary,
-            text: step.to_string(),
-        })
-    }
-
-    fn flyable_steps(&self) -> Vec<plan::Step> {
-        self.plan.steps().iter().filter_map(|step| self.flyable(step)).collect()
-    }
-
-    /// When the first plan was made, in milliseconds since the Unix epoch, UTC.
-    pub(crate) fn begun_utc_ms(&self) -> Option<i64> {
-        self.begun.map(Begun::utc_ms)
-    }
-
-    /// Another planner has flown `mission` so far; no plan of its own is left.
-    pub(crate) fn go_on(
-        &mut self,
-        mission: Mission,
-        objectives: Objectives,
-        epoch: u64,
-        revision: u64,
-        last_step_id: u64,
-        begun_utc_ms: Option<i64>,
-    ) {
-        self.begun = begun_utc_ms.map(Begun::before);
-        (self.mission, self.objectives) = (mission, objectives);
-        (self.epoch, self.revision, self.last_step_id) = (epoch, revision, last_step_id);
-    }
-
     /// By what this planner judges energy.
     pub(crate) fn judge(&self) -> Judge<'_> {
         Judge { model: &self.energy, wind: self.config.wind, config: &self.config }
     }
 
-    /// The order that was chosen when the first plan was made, where it is free.
+    /// The order that a forecast has chosen, where it is free.
     pub(crate) fn chosen_order(&self) -> Option<&Choice> {
-        self.chosen_order.as_ref()
+        self.forecast.as_ref()?.chosen_order.as_ref()
     }
 
     /// `text`, and the places of `mission` that wind brings too near to a border.
@@ -453,17 +404,15 @@ impl MissionPlanner {
         }
     }
 
-    /// The old plan ends here.
-    fn take_failed(&mut self, id: Option<StepId>) -> Option<Failed> {
-        let mut plan = std::mem::take(&mut self.plan);
-        self.last_done = None;
-        let (before, step) = plan.drop_through(id?)?;
-        self.pass_turns_of(&before);
-        Some(Failed { step, rest: plan.steps() })
+    /// The old plan ends here; `has_failed`: by its first step.
+    fn take_failed(&mut self, has_failed: bool) -> Option<Failed> {
+        let mut steps = std::mem::take(&mut self.rest).into_iter();
+        let step = steps.next().filter(|_| has_failed)?;
+        Some(Failed { step, rest: steps.collect() })
     }
 
     /// These steps of the current objective were flown.
-    fn pass_turns_of<'a>(&mut self, steps: impl IntoIterator<Item = &'a Step>) {
+    pub(crate) fn pass_turns_of<'a>(&mut self, steps: impl IntoIterator<Item = &'a Step>) {
         let passed = steps.into_iter().map(|it| it.passed).max();
         if let (Some(objective), Some(passed)) = (self.objectives.current(), passed) {
             objective.pass(passed);
@@ -488,7 +437,7 @@ impl MissionPlanner {
             objective.planned(&steps[..new]);
         }
         self.revision += 1;
-        self.plan = Plan::new(steps.clone());
+        self.rest.clone_from(&steps);
         Answer::Plan(steps)
     }
 }

@@ -1,8 +1,8 @@
-//! What an operator asks about the mission: to read it, to try another one without flying it, to change it.
+//! What an operator asks about the mission: to try another one without flying it, to change it.
 //!
 //! A change is made as a whole or not at all: a mission that cannot be flown is refused with the reason, and the
 //! present mission and plan stay as they are. A change that touches the present objective withdraws
-//! the plan (see [`MissionPlanner::epoch`]); any other change does not disturb the flight.
+//! the plan; any other change does not disturb the flight.
 //!
 //! Once the mission has ended another one can be uploaded while the vehicle stands on the ground: it waits there for an operator's order.
 
@@ -23,8 +23,6 @@ use crate::new_airspace;
 /// What is asked.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum MissionRequest {
-    /// The mission as it stands.
-    Read,
     /// What the mission in this text would take, in this wind or, without one, in that of the configuration.
     Validate(String, Option<Wind>),
     /// The mission in this text takes the place of the present one.
@@ -82,7 +80,7 @@ impl Refusal {
     }
 }
 
-/// The end of the mission, as the mission manager tells it.
+/// The end of the mission.
 #[derive(Debug, Default)]
 pub(crate) struct End {
     /// Why nothing of the mission is flown any more; empty while it goes on.
@@ -128,7 +126,6 @@ pub(crate) fn answer(
         MissionRequest::Remove(_) | MissionRequest::Skip { .. } if end.is_of_this_mission() => {
             Err(Refusal::new(format!("{}: nothing is left to leave out", end.why)))
         }
-        MissionRequest::Read => Ok(Done::new("the mission as it stands")),
         MissionRequest::Validate(text, wind) => validate(planner, &text, wind, state, now).map(|(_, done)| done),
         MissionRequest::Upload(text) => upload(planner, &text, state, now),
         MissionRequest::Insert(index, objective) => insert(planner, index, objective, state, now),

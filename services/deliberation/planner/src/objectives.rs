@@ -6,7 +6,7 @@ use std::time::Duration;
 use domain::fmu::Gripper;
 use domain::geometry::Ned;
 use domain::mission::terms::Terms;
-use domain::mission::{self, ObjectiveStatus, Progress, ReleaseProgress};
+use domain::mission::{self, InvalidObjective, ObjectiveStatus, Progress, ReleaseProgress};
 use domain::state::{State, Tolerance};
 use domain::survey::Survey;
 use domain::time::Time;
@@ -195,7 +195,30 @@ impl Objective {
         self.terms.dwell.saturating_sub(now - since)
     }
 
-    /// As in the planner's status.
+    /// As far as it has come.
+    pub(crate) fn of(status: ObjectiveStatus) -> Result<Objective, InvalidObjective> {
+        let mission::Objective { name, position, flying, terms, survey } = status.objective;
+        let checked = mission::Objective { terms, survey, ..mission::Objective::new(name, position, flying)? };
+        let mut objective = Objective {
+            progress: status.progress,
+            plan_steps: status.plan_steps,
+            plans: if status.plan_steps == 0 { 0 } else { status.replans + 1 },
+            permissions: status.permissions,
+            release: status.release,
+            ..Objective::waiting(&checked)
+        };
+        if status.release == ReleaseProgress::Seen {
+            objective.release_seen();
+        }
+        Ok(objective)
+    }
+
+    /// Whether it is neither reached nor given up.
+    pub(crate) fn is_waiting(&self) -> bool {
+        self.progress == Progress::Waiting
+    }
+
+    /// As in the mission's status.
     pub(crate) fn status(&self) -> ObjectiveStatus {
         ObjectiveStatus {
             objective: self.objective(),

@@ -10,28 +10,30 @@ use domain::time::Time;
 use crate::config::Config;
 
 /// The record of every area that was ever refused or held for.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Permissions {
-    records: BTreeMap<String, Record>,
+    pub(crate) records: BTreeMap<String, Record>,
 }
 
 /// Grants whose lengths differ by less than this are equally long: the younger one is nearer to its full length.
 const SAME_GRANT: Duration = Duration::from_secs(5);
 
-#[derive(Debug, Clone, Default)]
-struct Record {
-    standing: Standing,
+/// What is known of one area.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Record {
+    pub(crate) standing: Standing,
     /// Total time that the vehicle has held because of it; a grant does not reset it.
-    held: Duration,
+    pub(crate) held: Duration,
     /// The grant that was too short.
-    short_grant: Option<ShortGrant>,
+    pub(crate) short_grant: Option<ShortGrant>,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct ShortGrant {
+/// A grant that was too short.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ShortGrant {
     /// How long it held when it was found to be too short.
-    length: Duration,
-    ends: Time,
+    pub(crate) length: Duration,
+    pub(crate) ends: Time,
 }
 
 /// Where the asking for an area stands.

@@ -1,10 +1,8 @@
-//! A plan: tracks that run side by side, each a stack whose first entry is the last to be flown.
-//!
-//! Entries at the same height of the stacks are one step. A third track would be a third field here
-//! and its part in [`Step`].
+//! A step of a plan, which has a part in each of the tracks that run side by side. A third track would be a third part.
 
 use domain::geometry::Ned;
-use domain::plan::{AskAhead, Parameters, PermissionNeed, StepId};
+use domain::plan::{self, AskAhead, Parameters, PermissionNeed, StepId};
+use domain::skill::Goal;
 use domain::state::State;
 
 /// What one step has in each track, with the id that names it.
@@ -59,89 +57,40 @@ pub(crate) struct CommunicationStep {
     pub auxiliary: bool,
 }
 
-/// The steps that are still to be flown for the current objective.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Plan {
-    ids: Track<Option<StepId>>,
-    actions: Track<ActionStep>,
-    communications: Track<CommunicationStep>,
-    passed: Track<usize>,
-}
-
-#[derive(Debug, Clone)]
-struct Track<T> {
-    stack: Vec<T>,
-}
-
-impl<T> Default for Track<T> {
-    fn default() -> Track<T> {
-        Track { stack: Vec::new() }
-    }
-}
-
-impl Plan {
-    /// A plan of `steps`, first to fly first.
-    pub(crate) fn new(steps: Vec<Step>) -> Plan {
-        let mut plan = Plan::default();
-        for step in steps.into_iter().rev() {
-            plan.push(step);
-        }
-        plan
-    }
-
-    /// Plans a step that is flown before all others.
-    fn push(&mut self, step: Step) {
-        self.ids.stack.push(step.id);
-        self.actions.stack.push(step.action);
-        self.communications.stack.push(step.communication);
-        self.passed.stack.push(step.passed);
-    }
-
-    /// Takes the step that is flown next.
-    fn pop(&mut self) -> Option<Step> {
-        Some(Step {
-            id: self.ids.stack.pop()?,
-            action: self.actions.stack.pop()?,
-            communication: self.communications.stack.pop()?,
-            passed: self.passed.stack.pop()?,
+impl Step {
+    /// As it is flown for the objective of this index; `None` if it has no id yet.
+    pub(crate) fn flyable(&self, objective: usize) -> Option<plan::Step> {
+        Some(plan::Step {
+            id: self.id?,
+            objective: objective as u32,
+            from: self.action.from,
+            reaches: self.action.to.clone(),
+            nominal: self.action.nominal.clone(),
+            ask: self.communication.ask.clone(),
+            ask_ahead: self.communication.ask_ahead.clone(),
+            auxiliary: self.communication.auxiliary,
+            passed: self.passed as u32,
+            text: self.to_string(),
         })
     }
+}
 
-    /// Whether nothing is left to fly.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.ids.stack.is_empty()
-    }
-
-    /// Whether step `id` is still to be flown.
-    fn contains(&self, id: StepId) -> bool {
-        self.ids.stack.contains(&Some(id))
-    }
-
-    /// All steps, first to fly first.
-    pub(crate) fn steps(&self) -> Vec<Step> {
-        let mut rest = self.clone();
-        std::iter::from_fn(|| rest.pop()).collect()
-    }
-
-    /// The step to fly after step `id`, if both are still to be flown.
-    pub(crate) fn after(&self, id: StepId) -> Option<Step> {
-        let mut rest = self.clone();
-        rest.drop_through(id)?;
-        rest.pop()
-    }
-
-    /// Step `id` has been flown, and so has what came before it. Returns those before it, and itself, if it was still there.
-    pub(crate) fn drop_through(&mut self, id: StepId) -> Option<(Vec<Step>, Step)> {
-        if !self.contains(id) {
-            return None;
+/// A step that was given out.
+impl From<plan::Step> for Step {
+    fn from(step: plan::Step) -> Step {
+        let name = match step.nominal.goal {
+            Goal::Takeoff { .. } => "takeoff",
+            Goal::Land => "land",
+            Goal::Stop => "stop",
+            Goal::Release { .. } => "release",
+            Goal::Position { .. } | Goal::Velocity { .. } => "position",
+        };
+        let communication = CommunicationStep { ask: step.ask, ask_ahead: step.ask_ahead, auxiliary: step.auxiliary };
+        Step {
+            id: Some(step.id),
+            action: ActionStep { name, from: step.from, to: step.reaches, nominal: step.nominal },
+            communication,
+            passed: step.passed as usize,
         }
-        let mut before = Vec::new();
-        while let Some(step) = self.pop() {
-            if step.id == Some(id) {
-                return Some((before, step));
-            }
-            before.push(step);
-        }
-        None
     }
 }

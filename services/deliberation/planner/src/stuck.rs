@@ -10,23 +10,24 @@ use crate::permissions::colon;
 use crate::plan::Step;
 
 /// What was tried in vain.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Stuck {
-    last: Option<Failure>,
+    pub(crate) last: Option<Failure>,
     /// Takeoffs that failed since a step was flown in the air.
-    takeoffs: u32,
+    pub(crate) takeoffs: u32,
     /// Landings that failed for the present objective.
-    landings: u32,
+    pub(crate) landings: u32,
     /// Plans that were flown to their end for the present objective, and did not reach it.
-    misses: u32,
+    pub(crate) misses: u32,
 }
 
-#[derive(Debug)]
-struct Failure {
-    action: &'static str,
-    goal: State,
-    vehicle: State,
-    count: u32,
+/// The failure of a step, and how often it has failed like that in a row.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Failure {
+    pub(crate) action: String,
+    pub(crate) goal: State,
+    pub(crate) vehicle: State,
+    pub(crate) count: u32,
 }
 
 /// What follows from a failure.
@@ -74,8 +75,12 @@ impl Stuck {
                         && vehicle.matches(&State { mode: None, ..last.vehicle.clone() }, tolerance)
                 });
                 let count = before.map_or(0, |last| last.count) + 1;
-                self.last =
-                    Some(Failure { action: name, goal: step.action.to.clone(), vehicle: vehicle.clone(), count });
+                self.last = Some(Failure {
+                    action: name.to_owned(),
+                    goal: step.action.to.clone(),
+                    vehicle: vehicle.clone(),
+                    count,
+                });
                 match config.failures_at_most.get() <= count {
                     true => Verdict::GiveUpObjective(give_up(count)),
                     false => Verdict::TryAgain,

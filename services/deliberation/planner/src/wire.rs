@@ -3,14 +3,11 @@
 use domain::energy::Wind;
 use domain::geometry::Ned;
 use domain::mission::Objective;
-use domain::plan::PlannerStatus;
 use domain::state::State;
-use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
 
 use crate::forecast::{Forecast, LegForecast, MissionForecast, PermissionForecast};
 use crate::mission_request::{Done, MissionRequest, Refusal};
-use crate::persisted::Persisted;
 
 /// The state that a request about the mission starts from, if it names one, and what is asked.
 pub(crate) fn mission_request(request: v1::MissionRequest) -> Result<(Option<State>, MissionRequest), Refusal> {
@@ -19,8 +16,7 @@ pub(crate) fn mission_request(request: v1::MissionRequest) -> Result<(Option<Sta
     let state = state.map_err(|invalid| Refusal::new(format!("`state`: {invalid}")))?;
     let operator = request.operator;
     let request = match request.request {
-        None => return Err(Refusal::new("no request in it")),
-        Some(Request::Read(_)) => MissionRequest::Read,
+        None | Some(Request::Read(_)) => return Err(Refusal::new("no request in it")),
         Some(Request::Validate(it)) => MissionRequest::Validate(it.text, it.wind.map(wind).transpose()?),
         Some(Request::Upload(it)) => MissionRequest::Upload(it.text),
         Some(Request::ValidateAirspace(it)) => MissionRequest::Airspace { text: it.text, is_tried: true },
@@ -40,8 +36,8 @@ fn objective(objective: Option<v1::NewObjective>) -> Result<Objective, Refusal> 
     Objective::new(objective.name, position, objective.flying).map_err(|invalid| Refusal::new(invalid.to_string()))
 }
 
-/// The answer to a request about the mission, with the mission as it stands then.
-pub(crate) fn mission_reply(result: Result<Done, Refusal>, status: PlannerStatus) -> v1::MissionReply {
+/// The answer to a request about the mission, to which the mission manager adds the mission as it stands then.
+pub(crate) fn mission_reply(result: Result<Done, Refusal>) -> v1::MissionReply {
     let (accepted, Refusal { text, mistakes, forecast }) = match result {
         Ok(Done { text, forecast }) => (true, Refusal { text, forecast, ..Refusal::default() }),
         Err(refusal) => (false, refusal),
@@ -50,7 +46,7 @@ pub(crate) fn mission_reply(result: Result<Done, Refusal>, status: PlannerStatus
     let energy = forecast.budget.is_some().then(|| energy_forecast(&forecast));
     let order = forecast.order;
     let forecast = forecast.objectives.into_iter().map(objective_forecast).collect();
-    v1::MissionReply { accepted, text, mistakes, forecast, status: Some(status.into()), energy, order }
+    v1::MissionReply { accepted, text, mistakes, forecast, status: None, energy, order }
 }
 
 /// As it stands in a request: the speed, and the direction it comes from if that is known.
@@ -118,29 +114,5 @@ fn leg_forecast(leg: LegForecast) -> v1::LegForecast {
         areas: leg.areas,
         asks: leg.asks.into_iter().map(ask).collect(),
         alternate: leg.alternate.as_ref().map(Into::into),
-    }
-}
-
-impl From<Persisted> for v1::PlannerMemory {
-    fn from(persisted: Persisted) -> v1::PlannerMemory {
-        v1::PlannerMemory {
-            status: Some(persisted.status.into()),
-            configured: persisted.configured,
-            last_step_id: persisted.last_step_id,
-            loss: None,
-            begun_utc_ms: persisted.begun_utc_ms,
-        }
-    }
-}
-
-impl TryFrom<v1::PlannerMemory> for Persisted {
-    type Error = InvalidMessage;
-    fn try_from(memory: v1::PlannerMemory) -> Result<Persisted, InvalidMessage> {
-        Ok(Persisted {
-            configured: memory.configured,
-            status: memory.status.ok_or(InvalidMessage::Missing("status"))?.try_into()?,
-            last_step_id: memory.last_step_id,
-            begun_utc_ms: memory.begun_utc_ms,
-        })
     }
 }

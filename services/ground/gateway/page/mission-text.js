@@ -1,4 +1,4 @@
-// The mission as the text of a mission file, made of the planner's status.
+// The mission as the text of a mission file, made of the mission's status.
 //
 // Settled objectives are left out: an upload starts where the vehicle is.
 
@@ -19,7 +19,7 @@ const float = (value = 0) => exact(Math.round(value * 100) / 100);
 
 const utc = (ms) => new Date(Number(ms)).toISOString().replace(".000Z", "Z");
 
-/** `mission`: the planner's status. */
+/** `mission`: the mission's status. */
 export function missionText(mission) {
   const waiting = mission.objectives.filter((it) => it.state === "OBJECTIVE_STATE_WAITING");
   const settled = mission.objectives.filter((it) => it.state !== "OBJECTIVE_STATE_WAITING");

@@ -179,7 +179,7 @@ impl Node for Gateway {
             Topic::SkillEvent,
             Topic::SkillFeedback,
             Topic::PermissionLedger,
-            Topic::PlannerStatus,
+            Topic::MissionStatus,
             Topic::McmStatus,
             Topic::DecisionRecord,
             Topic::TreeSnapshot,

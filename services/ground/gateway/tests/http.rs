@@ -198,15 +198,10 @@ async fn a_state_that_was_lost_or_cannot_be_saved_shows_in_the_health() {
     let loss = Some(v1::MemoryLoss { id: 1, why: "mcm.0 is garbled".into() });
     let memory = |loss, failing: &str| Some(v1::MemoryHealth { loss, failing: failing.into() });
     world.say(v1::McmStatus { memory: memory(loss, ""), ..Default::default() });
-    world.say(v1::PlannerStatus { memory: memory(None, "no space"), ..Default::default() });
     let body = world.get("/healthz").await.body;
-    let expected = [
-        "uav1/mcm: waits for an operator, what was saved is unusable: mcm.0 is garbled",
-        "uav1/planner: cannot be saved: no space",
-    ];
+    let expected = ["uav1/mcm: waits for an operator, what was saved is unusable: mcm.0 is garbled"];
     assert_eq!((&body["status"], &body["problems"]), (&json!("degraded"), &json!(expected)));
     world.say(v1::McmStatus { memory: memory(None, ""), ..Default::default() });
-    world.say(v1::PlannerStatus::default());
     assert_eq!(world.get("/healthz").await.body["status"], "ok");
 }
 
@@ -222,7 +217,7 @@ async fn the_gateway_is_ready_once_everything_was_seen_and_says_what_is_missing_
     };
     world.say(v1::VehicleStatus::default());
     world.say(v1::Introspection::default());
-    world.say(v1::PlannerStatus::default());
+    world.say(v1::MissionStatus::default());
     let answer = world.get("/readyz").await;
     answer.is_problem(503, "no vehicle's system is complete");
     let missing = ["vehicle-sim", "skill-manager", "monitor", "planner", "mcm", "control-tower"];
@@ -282,7 +277,7 @@ async fn a_stream_replays_the_journal_and_goes_on_live() {
         permissions: vec![v1::Permission { area: "a".into(), ..Default::default() }],
         ..Default::default()
     });
-    world.say(v1::PlannerStatus { objectives: vec![v1::Objective::default()], ..Default::default() });
+    world.say(v1::MissionStatus { objectives: vec![v1::Objective::default()], ..Default::default() });
     world.say(v1::McmStatus { report: Some(v1::MissionReport::default()), ..Default::default() });
     events.expect(&["decision two", "skill", "flag", "permission", "objective", "report"]).await;
 }
@@ -392,7 +387,7 @@ async fn every_event_is_as_it_is_described() {
     world.say(v1::Introspection { flags: vec![v1::RaisedFlag::default()], ..Default::default() });
     let permissions = vec![v1::Permission::default()];
     world.say(v1::PermissionLedger { permissions, ..Default::default() });
-    world.say(v1::PlannerStatus { objectives: vec![v1::Objective::default()], ..Default::default() });
+    world.say(v1::MissionStatus { objectives: vec![v1::Objective::default()], ..Default::default() });
     let mut events = world.events(Some("5-1")).await;
     let mut kinds = Vec::new();
     while kinds.last().is_none_or(|it| it != "status") {

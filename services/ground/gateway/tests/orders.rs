@@ -105,7 +105,7 @@ async fn however_many_read_a_mission_the_planner_is_asked_once_a_second_and_whoe
         if let Call::Mission(v1::MissionRequest { request: Some(Upload(file)), .. }) = call {
             mission.clone_from(&file.text);
         }
-        let status = Some(v1::PlannerStatus { mission: mission.clone(), ..Default::default() });
+        let status = Some(v1::MissionStatus { mission: mission.clone(), ..Default::default() });
         Ok(Response::Mission(v1::MissionReply { accepted: true, status, ..Default::default() }))
     });
     let path = format!("{UAV}/mission");
@@ -122,7 +122,7 @@ async fn however_many_read_a_mission_the_planner_is_asked_once_a_second_and_whoe
     world.post(&format!("{UAV}/command/take"), "operator", "").await;
     assert_eq!(world.send("PUT", &path, "operator", "k", r#"{"text":"second"}"#).await.status, 200);
     let read = world.get(&path, "observer").await;
-    assert_eq!((&read.body["mission"], world.heard()), (&json!("second"), vec!["planner/mission".to_owned(); 2]));
+    assert_eq!((&read.body["mission"], world.heard()), (&json!("second"), vec!["mission/request".to_owned(); 2]));
 }
 
 /// Gives each order, and compares what reached the bus.
@@ -155,12 +155,12 @@ async fn each_order_reaches_the_service_it_is_for() {
             r#"{"decision":"DECISION_DENY","reason":"fog"}"#,
             "permission/decide",
         ),
-        ("POST", "mission/validate", "operator", r#"{"text":"x"}"#, "planner/mission"),
-        ("PUT", "mission", "operator", r#"{"text":"x"}"#, "planner/mission"),
-        ("POST", "mission/airspace/validate", "operator", r#"{"text":"x"}"#, "planner/mission"),
-        ("PUT", "mission/airspace", "operator", r#"{"text":"x"}"#, "planner/mission"),
-        ("DELETE", "mission/objectives/x", "operator", "", "planner/mission"),
-        ("POST", "mission/objectives/x/skip", "operator", "", "planner/mission"),
+        ("POST", "mission/validate", "operator", r#"{"text":"x"}"#, "mission/request"),
+        ("PUT", "mission", "operator", r#"{"text":"x"}"#, "mission/request"),
+        ("POST", "mission/airspace/validate", "operator", r#"{"text":"x"}"#, "mission/request"),
+        ("PUT", "mission/airspace", "operator", r#"{"text":"x"}"#, "mission/request"),
+        ("DELETE", "mission/objectives/x", "operator", "", "mission/request"),
+        ("POST", "mission/objectives/x/skip", "operator", "", "mission/request"),
         ("POST", "simulation/flags", "safety", r#"{"name":"obstacle","raised":true}"#, "monitor/flag"),
         ("POST", "simulation/faults", "operator", r#"{"name":"wind","args":["5"]}"#, "sim/fault"),
     ] {

@@ -79,7 +79,6 @@ enum NoWay {
     Anywhere(Cow<'static, str>),
 }
 
-const NO_AREAS: &str = "the mission's areas are not known before the planner is heard";
 const NO_WAY: &str = "no way there that may be flown";
 /// While there is no way it is looked for again this often, and whenever the airspace changes. (ENG: windows and
 /// permissions are seconds to minutes long.)
@@ -214,18 +213,6 @@ impl FlyTo {
         }
         if self.leg.as_ref().map_or_else(|| world.lands_where_it_is(), Leg::lands) {
             return Ok(self.land_at_once(vehicle.position, world, ports));
-        }
-        if !world.knows_areas() && self.destination(world) != Destination::FreeGround {
-            if world.is_left_to_autopilot() && world.may_wait_for_autopilot() {
-                self.wait_for_autopilot(world, ports);
-                return Ok(Status::Running);
-            }
-            if !world.may_wait_for_areas(NO_AREAS) {
-                ports.explain(NO_AREAS);
-                return Ok(Status::Failure);
-            }
-            self.wait(vehicle.position, None, world, ports);
-            return Ok(Status::Running);
         }
         let Chosen { site, way, place } = match self.choose(vehicle.position, world) {
             Ok(chosen) => chosen,

@@ -34,7 +34,7 @@ pub(crate) fn registry(table: Option<&Contingencies>) -> Registry<World> {
     registry.condition("PrecondCheck", [Port::input::<Condition>("condition")], check::precondition);
     registry.condition("InvCheck", [Port::input::<Condition>("condition")], check::invariant);
     registry.action("NominalExecutor", [], |_| Ok(executor::NominalExecutor::default()));
-    registry.action("NextStep", [], |_| Ok(next_step::NextStep::default()));
+    registry.action("NextStep", [], |_| Ok(next_step::NextStep));
     registry.action("Replan", [], |_| Ok(replan::Replan));
     registry.action("TransitionExecutor", [], |_| Ok(transition::TransitionExecutor::default()));
     registry.sync_action("RaiseTransitionFailed", [], transition::raise_transition_failed);

@@ -72,14 +72,9 @@ impl World {
         }
     }
 
-    /// Whether the mission's areas are known; else no way is known to be free, until the planner is heard.
-    pub(crate) fn knows_areas(&self) -> bool {
-        self.planner.known_areas().is_known()
-    }
-
-    /// The mission's file has these areas.
-    pub(crate) fn expect_areas(&mut self, areas: &[Area]) {
-        self.planner.known_areas_mut().expect(areas);
+    /// Flies this mission, nothing of which has been attempted.
+    pub(crate) fn begin_mission(&mut self, mission: &domain::mission::Mission) {
+        self.planner.begin_mission(mission);
     }
 
     /// The airspace as it is now, with this lead.

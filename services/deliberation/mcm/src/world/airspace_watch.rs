@@ -102,7 +102,7 @@ impl World {
             Some(_) if self.flight_phase() == Phase::Landing && matches!(self.way_out(), Some(WayOut::Stays(_))) => {}
             Some(breach) => self.raise(AREA_BREACHED, SELF, breach.in_words()),
             // One that was up before a restart is not known to be over yet.
-            None if self.permissions.awaits_first_ledger(self.now.time) || !self.knows_areas() => {}
+            None if self.permissions.awaits_first_ledger(self.now.time) => {}
             None => self.flags.condition_gone(AREA_BREACHED, SELF),
         }
         let step = self.planner.step();

@@ -1,7 +1,7 @@
 //! Where the flight may end early, looked at ahead: a response takes the best place from here and searches one way, the one that
 //! it flies.
 //!
-//! Without the planner: sites and objectives are known from its last status, and sites also after a restart of this process.
+//! Without the planner: sites and objectives are those of the mission, which the manager keeps.
 
 use domain::airspace::Grants;
 use domain::alternates::{Alternate, Candidate, Charge, Merit, Viewpoint, Way, candidates, rank, to_divert_to};
@@ -259,7 +259,7 @@ impl World {
     }
 
     fn candidates(&self) -> Vec<Candidate> {
-        let objectives = self.planner.status().into_iter().flat_map(|it| &it.objectives).map(|it| &it.objective);
+        let objectives = self.planner.status().objectives.iter().map(|it| &it.objective);
         candidates(self.operator.landing_site(), self.mission_sites(), objectives)
     }
 

@@ -250,9 +250,17 @@ impl World {
                 let reason = format!("the autopilot was started again or its local frame moved, and {origins}");
                 self.raise(FRAME_MOVED, SELF, reason);
             }
+        } else if self.is_planned_elsewhere(origin) {
+            self.planner.withdraw("the vehicle's local frame has its origin elsewhere");
         } else if is_same == Some(true) && self.flags.is_up(FRAME_MOVED) {
             self.flags.condition_gone(FRAME_MOVED, SELF);
         }
+    }
+
+    /// Whether the present step was planned for a local frame with another origin than this one, by a mission for which that matters.
+    fn is_planned_elsewhere(&self, origin: Option<Origin>) -> bool {
+        let apart = self.planner.planned_from().zip(origin).is_some_and(|(a, b)| !is_same_place(a, b));
+        apart && self.planner.step().is_some() && self.planner.status().origin.is_some()
     }
 
     /// An operator lets a mission on the ground go on in the frame that there is now. Returns whether another one was.
@@ -277,7 +285,6 @@ impl World {
         let (now, Limits { request_timeout, skill_silence, .. }) = (self.now.time, self.limits);
         self.skills.flush(self.now.time, self.sending(), request_timeout, &mut self.outbox);
         self.skills.tend(now, skill_silence, request_timeout, &mut self.outbox);
-        self.planner.tend(now, request_timeout, &mut self.outbox);
     }
 }
 

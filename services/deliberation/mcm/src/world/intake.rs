@@ -3,7 +3,7 @@
 
 use domain::decision::DecisionKind;
 use domain::permission::Permission;
-use domain::plan::{PlanReply, PlannerStatus, Step};
+use domain::plan::Answered;
 use domain::skill::{SkillEvent, SkillOutcome, SkillPhase};
 use domain::wire::{InvalidMessage, decision, finite, permission};
 use kittiwake_proto::topics::{Message, Response, Service, Topic};
@@ -102,20 +102,6 @@ impl World {
                     }
                 }
             }
-            Message::PlannerStatus(status) => {
-                let areas = self.planner.areas().clone();
-                let memory = status.memory.clone().unwrap_or_default();
-                let memory = memory.into();
-                let status = PlannerStatus::try_from(status)?;
-                let plans = status.revision;
-                let has_lost = self.has_planner_lost(&memory, plans);
-                self.planner.on_status(status, has_lost);
-                self.note_ended_epoch();
-                if !std::sync::Arc::ptr_eq(&areas, self.planner.areas()) {
-                    self.airspace_watch.invalidate();
-                }
-                self.planner_memory(memory, plans);
-            }
             _ => {}
         }
         Ok(())
@@ -158,13 +144,7 @@ impl World {
                     self.record(Said::new("plan", kind, words).ending_mission(is_finished));
                 }
             }
-            Purpose::NextStep(after) => {
-                if let Some(NoAnswer::Invalid(invalid)) = self.planner.on_next(now, after, next_step(result), timeout) {
-                    self.say("plan", format!("planner: the step after step {after} is invalid: {invalid}"));
-                    self.outbox.refuse(Service::NextStep, invalid);
-                }
-            }
-            Purpose::StepDone(id) => self.planner.on_report(now, id, result.is_ok(), timeout),
+            Purpose::Edit(number) => self.take_edit_reply(number, result),
             Purpose::Permission(area) => match result {
                 Err(error) => self.permissions.on_undelivered(&area, error),
                 Ok(Response::Permission(receipt)) if !receipt.received => {
@@ -211,16 +191,9 @@ fn listed(flag: v1::RaisedFlag) -> ListedFlag {
     ListedFlag { name, rise, reason, measured: decision::measured(value, threshold, &unit) }
 }
 
-fn plan_reply(result: Result<Response, CallError>) -> Result<PlanReply, NoAnswer> {
+fn plan_reply(result: Result<Response, CallError>) -> Result<Answered, NoAnswer> {
     match result? {
-        Response::Replan(reply) => Ok(PlanReply::try_from(reply)?),
+        Response::Replan(reply) => Ok(Answered::try_from(reply)?),
         _ => Err(InvalidMessage::Missing("reply").into()),
-    }
-}
-
-fn next_step(result: Result<Response, CallError>) -> Result<Option<Step>, NoAnswer> {
-    match result? {
-        Response::NextStep(reply) => Ok(reply.step.map(Step::try_from).transpose()?),
-        _ => Err(InvalidMessage::Missing("step").into()),
     }
 }

@@ -14,7 +14,6 @@ use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::mission::{MissionOutcome, MissionReport};
 use domain::mission_clock::MissionClock;
-use domain::site::Site;
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Message, Response};
 use kittiwake_proto::v1;
@@ -44,6 +43,7 @@ mod ground;
 mod intake;
 mod limits;
 mod memory;
+mod mission_requests;
 mod narrowing;
 mod news;
 mod next_flight;
@@ -72,6 +72,7 @@ pub(crate) use control::OF_ITS_OWN;
 use crash::Crash;
 use ground::UnplannedLanding;
 use memory::Memory;
+use mission_requests::MissionRequests;
 pub(crate) use narrowing::{Barrier, NarrowedGoal};
 use news::{News, Told};
 use orders::Operator;
@@ -81,7 +82,6 @@ pub(crate) use response_way::ResponseWay;
 use responses::ActiveResponse;
 pub(crate) use responses::Reset;
 pub(crate) use status::Reporter;
-pub(crate) use steps::NextStep;
 pub(crate) use ways::{Stay, WayOut};
 
 /// The source of flags that the manager raises itself.
@@ -106,6 +106,7 @@ pub(crate) struct World {
     permissions: Permissions,
     mission: Mission,
     operator: Operator,
+    requests: MissionRequests,
     memory: Memory,
     airspace_watch: AirspaceWatch,
     alternates: Alternates,
@@ -144,8 +145,6 @@ pub(crate) struct World {
     crash: Option<Crash>,
     /// Where landings have failed.
     blocked_sites: Vec<Ned>,
-    /// The mission's sites as they were before a restart, until the planner is heard.
-    remembered_sites: Vec<Site>,
     /// A transition action flies.
     in_transition: bool,
     /// What it tells of the time since the mission was begun.
@@ -163,8 +162,8 @@ struct Mission {
     started_s: Option<f64>,
     report: Option<MissionReport>,
     vehicle_name: String,
-    /// The planner's epoch when it ended; `None` until then, and until the planner is heard.
-    ended_epoch: Option<u64>,
+    /// It has ended, and another one was uploaded since, which can be begun.
+    is_next_uploaded: bool,
     /// It is another flight's, and the tree has not begun again for it yet.
     begins_again: bool,
 }
@@ -201,6 +200,7 @@ impl World {
             permissions: Permissions::new(vehicle_name, instance),
             mission: Mission { vehicle_name: vehicle_name.to_owned(), ..Mission::default() },
             operator: Operator::default(),
+            requests: MissionRequests::default(),
             memory: Memory::default(),
             airspace_watch: AirspaceWatch::default(),
             alternates: Alternates::default(),
@@ -224,7 +224,6 @@ impl World {
             unplanned_landing: None,
             crash: None,
             blocked_sites: Vec::new(),
-            remembered_sites: Vec::new(),
             in_transition: false,
             clock: MissionClock::default(),
             outbox: Outbox::default(),
@@ -343,8 +342,7 @@ impl World {
 
     /// When something is due here, apart from the tree.
     pub(crate) fn deadline(&self) -> Option<Time> {
-        let wishes = [self.skills.deadline(self.limits.skill_silence), self.planner.deadline(self.now.time)];
-        wishes.into_iter().flatten().min()
+        self.skills.deadline(self.limits.skill_silence)
     }
 
     /// The step that a permission is needed for that is asked for now.

@@ -11,26 +11,6 @@ use super::orders::{self, Operator};
 use super::{Mission, SELF, World};
 
 impl World {
-    /// The mission ends: only one that is uploaded from now on can be begun.
-    pub(super) fn note_ended_mission(&mut self) {
-        self.mission.ended_epoch = self.planner.status().map(|it| it.epoch);
-    }
-
-    /// The planner is heard after the end. If it was not at the end, what it has now is what was flown. If it counts the changes of the mission
-    /// from the beginning again, it has lost its memory: what it has now was not uploaded since the end, and what comes after it will
-    /// have been.
-    pub(super) fn note_ended_epoch(&mut self) {
-        if self.mission.report.is_some() {
-            let newest = self.planner.newest_epoch();
-            self.mission.ended_epoch = Some(self.mission.ended_epoch.map_or(newest, |it| it.min(newest)));
-        }
-    }
-
-    /// Whether the planner has a mission that was uploaded since the end.
-    fn has_next_mission(&self) -> bool {
-        self.mission.ended_epoch.is_some_and(|ended| ended < self.planner.newest_epoch())
-    }
-
     /// Whether a mission that was uploaded since the end waits on the ground to be begun.
     pub(super) fn next_mission_waits(&self) -> bool {
         self.mission.report.is_some() && self.why_not_to_begin().is_none()
@@ -40,7 +20,7 @@ impl World {
     fn why_not_to_begin(&self) -> Option<&'static str> {
         if self.uninspected_crash().is_some() {
             Some(INSPECT_FIRST)
-        } else if !self.has_next_mission() || self.planner.all_settled() {
+        } else if !self.mission.is_next_uploaded || self.planner.mission().is_settled() {
             Some("upload the next mission to fly again")
         } else if !self.is_on_ground() || self.vehicle.is_none_or(|it| it.armed) {
             Some("the vehicle is not seen on the ground, disarmed")
@@ -68,8 +48,7 @@ impl World {
         self.in_transition = false;
         self.count_what_is_still_listed();
         self.blocked_sites.clear();
-        let name = self.planner.status().map_or_else(String::new, |it| it.mission.clone());
-        Ok(format!("the next mission starts: `{name}`"))
+        Ok(format!("the next mission starts: `{}`", self.planner.status().mission))
     }
 
     /// The vehicle that flew another mission stands, as after a loss of power in flight and a way home by hand: nothing of it is for the mission of
@@ -82,7 +61,6 @@ impl World {
         self.begin_anew();
         self.restore_taking(false);
         self.landed_by_plan = None;
-        self.remembered_sites.clear();
     }
 
     /// Nothing has begun, ended or been ordered yet; the frame is that of now, and its time begins.

@@ -137,7 +137,7 @@ impl World {
             // Who takes the vehicle back must not be kept from it; the row of the frame then holds.
             self.accept_frame()?;
         }
-        let is_frame_forgotten = self.memory.own().loss.is_some() && self.is_flying();
+        let is_frame_forgotten = self.memory.is_lost() && self.is_flying();
         self.accept_loss()?;
         self.take_control_back(by);
         if self.is_paused() {

@@ -1,5 +1,5 @@
-//! The persisted state of the manager: what was ordered, which flags are up, and whether the mission is over, so that
-//! a restart of the process does not begin again what was ended.
+//! The persisted state of the manager: the mission as far as it has come, what was ordered, and which flags are up, so that a restart of
+//! the process does not begin again what was ended, nor fly again what was flown.
 //!
 //! The step and the skill are not persisted: the manager asks for a plan from where the vehicle is by then. Where the
 //! state is stored is the shell's business.
@@ -10,7 +10,6 @@ use domain::geometry::Ned;
 use domain::memory::MemoryLoss;
 use domain::mission::{MissionOutcome, MissionReport};
 use domain::mission_clock::MissionClock;
-use domain::site::Site;
 use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
 
@@ -20,6 +19,7 @@ use super::memory::Memory;
 use super::news::{MONITOR, Told};
 use super::orders::{self, Operator};
 use super::{Over, SELF, UnplannedLanding, World};
+use crate::clients::planner::FlownMission;
 use crate::journal::{CONTINGENCY, Cause, Said};
 
 /// Why a persisted state cannot be used.
@@ -47,9 +47,8 @@ impl World {
             Some(over) => (over.outcome.into(), over.reason),
             None => (v1::MissionOutcome::Unspecified, String::new()),
         };
-        let (planned_for, plan_epoch) = self.planner.planned_for();
-        v1::McmMemory {
-            configured: configured.to_owned(),
+        let mut memory = v1::McmMemory {
+            configured: self.memory.flown_file().unwrap_or(configured).to_owned(),
             started: self.operator.has_started(),
             flags: self.flags.iter().map(flag).collect(),
             landing_site: self.operator.landing_site().map(Into::into),
@@ -58,13 +57,10 @@ impl World {
             report: self.mission.report.clone().map(Into::into),
             unplanned_landing: self.unplanned_landing.as_ref().map(|it| it.why.clone()).unwrap_or_default(),
             overriding: self.operator.overriding().unwrap_or_default().to_owned(),
-            loss: self.memory.own().loss.clone().map(Into::into),
-            accepted_planner_loss: self.memory.accepted_loss(),
+            loss: self.memory.health().loss.clone().map(Into::into),
             decisions: self.permissions.stored(),
-            sites: self.mission_sites().iter().map(Into::into).collect(),
             decision_numbers: self.journal.ceiling(),
-            ended_epoch: self.mission.ended_epoch.unwrap_or_default(),
-            ended_at_epoch: self.mission.ended_epoch,
+            is_next: self.mission.is_next_uploaded,
             began_utc_ms: self.clock.began_utc_ms(),
             clock_set_by_ms: self.clock.set_by_ms(),
             tower_start: self.permissions.tower_start(),
@@ -76,13 +72,13 @@ impl World {
             started_s: self.mission.started_s,
             told: Some(v1::ToldByMonitor { flight_s: 0.0, ..self.told.to_wire(self.now.time) }),
             takes_control: self.takes_control(),
-            areas: self.planner.known_areas().identity().to_owned(),
-            planned_for,
-            plan_epoch,
-            planner_in_doubt: self.memory.is_planner_in_doubt(),
+            planned_for: self.planner.planned_for(),
             crash: self.crash.as_ref().map(|it| it.why.clone()).unwrap_or_default(),
             is_crash_inspected: self.crash.as_ref().is_some_and(|it| it.is_inspected),
-        }
+            ..v1::McmMemory::default()
+        };
+        self.planner.mission().persist(&mut memory);
+        memory
     }
 
     /// Continues from `memory`; to be called before anything else. The numbers of the tower's decisions, those of the manager's own, and a crash
@@ -101,6 +97,7 @@ impl World {
             return Err(UnusableState::OfAnotherMission);
         }
         grants?;
+        let mission = FlownMission::restored(&mut memory)?;
         let frame = memory.frame.map(Frame::try_from).transpose()?;
         let landing_site = memory.landing_site.map(Ned::try_from).transpose()?;
         let lands_at = memory.lands_at.map(Ned::try_from).transpose()?;
@@ -109,41 +106,35 @@ impl World {
             outcome => Some(MissionOutcome::try_from(outcome)?),
         };
         let report = memory.report.map(MissionReport::try_from).transpose()?;
-        let sites = memory.sites.into_iter().map(Site::try_from).collect::<Result<_, _>>()?;
         let overriding = Some(memory.overriding).filter(|it| !it.is_empty());
         self.permissions.go_on_with(memory.flight);
         self.restore_frame(frame);
         (self.was_flying, self.landed_by_plan) = (memory.flying, lands_at.filter(|_| memory.lands_by_plan));
-        self.planner.known_areas_mut().restore(memory.areas);
+        let of_file = std::mem::replace(self.planner.mission_mut(), mission);
         if !is_of_another {
-            self.planner.restore_planned_for(memory.planned_for, memory.plan_epoch);
+            self.planner.restore_planned_for(memory.planned_for);
         }
         self.clock = MissionClock::resumed(memory.began_utc_ms, memory.clock_set_by_ms);
         self.mission.started_s = memory.started_s.filter(|it| it.is_finite());
         self.operator = Operator::restored(memory.started, landing_site, overriding);
-        self.remembered_sites = sites;
         self.told = Told::remembered(memory.told.unwrap_or_default());
         let why = Some(memory.unplanned_landing).filter(|it| !it.is_empty());
         self.unplanned_landing = why.map(|why| UnplannedLanding { since: self.now.time, why });
         if let Some(outcome) = outcome {
             self.mission.over = Some(Over { outcome, reason: memory.reason });
             self.mission.report = report;
-            let by_one_before = Some(memory.ended_epoch).filter(|it| *it != 0);
-            self.mission.ended_epoch = memory.ended_at_epoch.or(by_one_before);
+            self.mission.is_next_uploaded = memory.is_next;
         }
         for flag in memory.flags {
             self.restore_flag(flag);
         }
         self.restore_taking(memory.takes_control);
         self.memory = match is_of_another {
-            false => {
-                let loss = memory.loss.map(Into::into);
-                Memory::restored(loss, memory.accepted_planner_loss, memory.planner_in_doubt)
-            }
+            false => Memory::restored(memory.loss.map(Into::into)),
             true => {
                 let why = "the mission file was changed while the vehicle flew".to_owned();
                 let loss = MemoryLoss { id: memory.decision_numbers.max(1), why };
-                Memory::of_another_mission(loss, memory.accepted_planner_loss)
+                Memory::of_another_mission(loss, memory.configured, of_file)
             }
         };
         self.show_memory();

@@ -62,8 +62,7 @@ impl World {
     }
 
     pub(super) fn sites(&self) -> impl Iterator<Item = Ned> {
-        let status = self.planner.status();
-        let on_ground = status.into_iter().flat_map(|it| &it.objectives).filter(|it| !it.objective.flying);
+        let on_ground = self.planner.status().objectives.iter().filter(|it| !it.objective.flying);
         let of_mission = self.mission_sites().iter().map(|it| it.position);
         let of_mission = of_mission.chain(on_ground.map(|it| it.objective.position));
         [Ned::default()].into_iter().chain(self.operator.landing_site()).chain(of_mission)
@@ -71,7 +70,7 @@ impl World {
 
     /// The sites of the mission.
     pub(super) fn mission_sites(&self) -> &[Site] {
-        let sites = self.planner.status().map_or(&self.remembered_sites, |it| &it.sites);
+        let sites = &self.planner.status().sites;
         &sites[..sites.len().min(MOST_SITES)]
     }
 

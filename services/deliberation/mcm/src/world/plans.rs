@@ -1,12 +1,13 @@
 //! The plan that is asked for, approved, and adopted.
 
 use domain::decision::DecisionKind;
+use domain::geodesy::Origin;
 use domain::mission::{MissionOutcome, ObjectiveStatus, Progress};
 use domain::state::State;
-use domain::time::Time;
+use domain::time::{Now, Time};
 
 use super::World;
-use crate::clients::planner::{ALL_SETTLED, Basis, PlanRequest};
+use crate::clients::planner::{ALL_SETTLED, Basis, PlanRequest, Viewpoint};
 use crate::config::Verdict;
 use crate::journal::Said;
 
@@ -34,9 +35,6 @@ impl World {
         if self.awaits_start() {
             return PlanProgress::Awaited(self.await_go_ahead());
         }
-        if !self.memory.is_settled() {
-            return PlanProgress::Awaited(None);
-        }
         let now = self.now.time;
         let due = match self.planner.request() {
             PlanRequest::Proposed(_, until) if *until <= now => {
@@ -46,17 +44,7 @@ impl World {
             PlanRequest::Proposed(_, until) => return PlanProgress::Awaited(Some(*until)),
             PlanRequest::Asked(_) => return PlanProgress::Awaited(None),
             PlanRequest::Planned => return PlanProgress::Adopted,
-            // The planner's status may arrive a little after its answer.
-            PlanRequest::Finished(told_by) if !self.planner.all_settled() => {
-                if now < *told_by {
-                    return PlanProgress::Awaited(Some(*told_by));
-                }
-                let text = "the planner has answered that every objective is settled, and its status does not say so; asking again";
-                self.record(Said::new("plan", DecisionKind::PlanRejected, text));
-                self.planner.discard_finish();
-                return PlanProgress::Changed;
-            }
-            PlanRequest::Finished(_) => {
+            PlanRequest::Finished => {
                 self.end_with_objectives();
                 return PlanProgress::Finished;
             }
@@ -68,17 +56,10 @@ impl World {
         if now < due {
             return PlanProgress::Awaited(Some(due));
         }
-        let grants = self.permits().to_begin();
-        if let Some(state) = self.planning_state()
-            && self.planner.ask_for_plan(
-                (state, self.basis()),
-                grants,
-                self.memory.accepted_loss(),
-                self.limits.arrival_radius_m,
-                self.limits.request_timeout,
-                &mut self.outbox,
-            )
-        {
+        if let Some(viewpoint) = self.viewpoint_of_plans() {
+            let known = (self.basis(), self.permits().to_begin());
+            let (moved_m, timeout) = (self.limits.arrival_radius_m, self.limits.request_timeout);
+            self.planner.ask_for_plan(viewpoint, known, moved_m, timeout, &mut self.outbox);
             self.mission.started_s.get_or_insert(self.clock.seconds(now.as_secs_f64()));
         }
         PlanProgress::Awaited(None)
@@ -117,8 +98,7 @@ impl World {
     /// being asked for. It could prevent nothing but a takeoff, and none follows.
     pub(super) fn end_where_nothing_is_left(&mut self) {
         let goes_on = self.mission.over.is_some() || self.awaits_start() || self.next_responder().is_none();
-        let is_known = self.planner.status().is_some_and(|it| !it.objectives.is_empty());
-        if goes_on || !is_known || !self.planner.all_settled() {
+        if goes_on || !self.planner.mission().is_settled() {
             return;
         }
         let said = Said::new("plan", DecisionKind::PlanFinished, ALL_SETTLED);
@@ -127,7 +107,7 @@ impl World {
     }
 
     fn end_with_objectives(&mut self) {
-        let objectives = self.planner.status().into_iter().flat_map(|it| &it.objectives);
+        let objectives = self.planner.status().objectives.iter();
         let (required, optional): (Vec<_>, Vec<_>) = objectives.partition(|it| it.objective.terms.worth.is_none());
         match (failures(&required), failures(&optional)) {
             (None, None) => self.end_mission(MissionOutcome::Success, "every objective was achieved"),
@@ -153,6 +133,23 @@ impl World {
             charge: vehicle.charge,
             gripper: vehicle.gripper,
         })
+    }
+
+    /// From where and when plans are made; `None` as long as they cannot be.
+    fn viewpoint_of_plans(&self) -> Option<Viewpoint> {
+        Some(Viewpoint { at: self.mission_now(), state: self.planning_state()?, origin: self.origin() })
+    }
+
+    /// Now, by the mission's clock.
+    pub(super) fn mission_now(&self) -> Now {
+        Now { time: self.clock.mission_time(self.now.time), utc_ms: self.now.utc_ms }
+    }
+
+    /// Where the vehicle's local frame has its origin. An estimator keeps it in flight, so a vehicle that is armed and says nothing has not
+    /// lost it.
+    pub(super) fn origin(&self) -> Option<Origin> {
+        let vehicle = self.vehicle?;
+        vehicle.origin.or_else(|| self.planner.planned_from().filter(|_| vehicle.armed))
     }
 }
 

@@ -153,13 +153,6 @@ impl World {
         !self.runs_out_of_energy() && stay.at_least.is_some_and(|it| self.may_wait(it, Duration::MAX, &stay.why))
     }
 
-    /// No way is known to be free. Returns whether the response holds until the planner has told the mission's areas: as long as its table says, but
-    /// not shorter than the tower is waited for, since a planner that was killed is back by then; while energy runs out, no longer either.
-    pub(crate) fn may_wait_for_areas(&mut self, why: &str) -> bool {
-        let (answer, runs_out) = (self.limits.permission_answer, self.runs_out_of_energy());
-        self.may_wait_within(Duration::ZERO, |wait| if runs_out { answer } else { wait.max(answer) }, why)
-    }
-
     fn runs_out_of_energy(&self) -> bool {
         self.flags.rows_up().any(|row| self.table.rows()[row].is_about_energy())
     }
@@ -167,15 +160,10 @@ impl World {
     /// Whether the response may hold on, of which it must do `at_least` this much more, for the time that its action waits, but for
     /// no longer than `at_most` in all. Says so when that begins.
     fn may_wait(&mut self, at_least: Duration, at_most: Duration, why: &str) -> bool {
-        self.may_wait_within(at_least, |wait| wait.min(at_most), why)
-    }
-
-    /// The same for a time that follows from that for which the action waits.
-    fn may_wait_within(&mut self, at_least: Duration, limit: impl Fn(Duration) -> Duration, why: &str) -> bool {
         let now = self.now.time;
         let Some(response) = self.response.as_mut() else { return false };
         let Some(action) = self.table.rows()[response.row].actions.get(response.action) else { return false };
-        let limit = limit(action.wait);
+        let limit = action.wait.min(at_most);
         if limit < at_least {
             return false;
         }

@@ -6,6 +6,7 @@ use domain::time::Time;
 use kittiwake_proto::v1;
 
 use super::World;
+use crate::clients::planner::News;
 use crate::config::Verdict;
 use crate::flags::age_s;
 use crate::snapshot::snapshot;
@@ -16,6 +17,8 @@ use crate::tick_time::TickTimes;
 pub(crate) struct Reporter {
     last: Option<Headline>,
     next: Time,
+    last_mission: Option<News>,
+    next_mission: Time,
     tick_times: TickTimes,
     leaves_out_tree: bool,
 }
@@ -54,6 +57,7 @@ impl Reporter {
 
     /// Publishes what is due. `ended`: the tree has ended; `ticks`: how often it was ticked.
     pub(crate) fn report(&mut self, tree: &Tree<World>, world: &mut World, ended: bool, ticks: u64) {
+        self.report_mission(world);
         let headline = world.headline(ended);
         let due = self.next <= world.now.time;
         if !due && self.last.as_ref() == Some(&headline) {
@@ -74,6 +78,19 @@ impl Reporter {
     }
 }
 
+impl Reporter {
+    /// The mission may be megabytes: half as often as the rest, and on every change.
+    fn report_mission(&mut self, world: &mut World) {
+        let news = world.planner.news();
+        if world.now.time < self.next_mission && self.last_mission == Some(news) {
+            return;
+        }
+        (self.last_mission, self.next_mission) = (Some(news), world.now.time + world.limits.report_period * 2);
+        let told = world.planner.told();
+        world.outbox.publish(v1::MissionStatus::from(told));
+    }
+}
+
 impl World {
     /// Makes the mission report, once.
     pub(crate) fn make_report(&mut self) {
@@ -81,9 +98,8 @@ impl World {
             return;
         }
         let Some(over) = self.mission.over.clone() else { return };
-        self.note_ended_mission();
         let now_s = self.clock.seconds(self.now.time.as_secs_f64());
-        let objectives = self.planner.status().into_iter().flat_map(|it| &it.objectives);
+        let objectives = self.planner.status().objectives.iter();
         self.mission.report = Some(MissionReport {
             outcome: over.outcome,
             reason: over.reason,
@@ -153,7 +169,7 @@ impl World {
             start_awaited: headline.start_awaited,
             paused: headline.paused,
             plan_approval,
-            memory: Some(self.memory.own().clone().into()),
+            memory: Some(self.memory.health().clone().into()),
             ends: self.ending().unwrap_or_default(),
             response_way: self.told_response_way(),
             alternates: self.told_alternates().iter().map(Into::into).collect(),

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use domain::contingency::{LEFT_TO_OTHERS, Severity};
 use domain::decision::DecisionKind;
+use domain::fmu::Gripper;
 use domain::geometry::Ned;
-use domain::plan::{PermissionNeed, Step};
+use domain::plan::{FlownStep, PermissionNeed, Step};
 use domain::skill::Goal;
 use domain::time::Time;
 use signed_permissions::key::PublicKey;
@@ -13,19 +14,7 @@ use signed_permissions::key::PublicKey;
 use super::World;
 use super::orders::is_order;
 use crate::clients::permissions::Asking;
-use crate::clients::planner::Next;
 use crate::journal::{Cause, Said};
-
-/// Whether the plan continues after the step that was flown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum NextStep {
-    /// With the next step, which is the present one from now on.
-    Begun,
-    /// The planner has not answered yet.
-    Awaited,
-    /// The plan has no further step.
-    None,
-}
 
 impl World {
     /// Begins the present step; `None` if there is none.
@@ -54,7 +43,12 @@ impl World {
     /// The present step was flown.
     pub(crate) fn step_flown(&mut self, step: &Step) {
         if let Some(state) = self.planning_state() {
-            self.planner.flown(self.now.time, step.id, state, self.limits.retry_pause);
+            let is_load_gone = !step.releases() && state.gripper == Some(Gripper::Released);
+            let flown = FlownStep { step: step.clone(), state, at: self.mission_now() };
+            self.planner.flown(self.now.time, flown, self.limits.retry_pause);
+            if is_load_gone && self.planner.is_release_ahead() {
+                self.planner.withdraw("the load is gone that was to be released");
+            }
         }
         let text = format!("step {} succeeded", self.step_number());
         self.record(Said::new("step", DecisionKind::StepSucceeded, text));
@@ -92,27 +86,13 @@ impl World {
         self.planner.step().map_or(0, |(_, number, _)| number)
     }
 
-    /// When the planner's answer about the next step is overdue, for a step that was flown at this moment.
-    pub(crate) fn next_step_due(&self) -> Time {
-        self.now.time + self.limits.request_timeout
-    }
-
-    /// Makes the next step the present one, if it is known.
-    pub(crate) fn advance(&mut self) -> NextStep {
-        if !matches!(self.planner.next(), Some(Next::Known(_))) {
-            NextStep::Awaited
-        } else if self.planner.advance() {
-            NextStep::Begun
-        } else {
+    /// Makes the next step the present one; returns whether there is one.
+    pub(crate) fn advance(&mut self) -> bool {
+        let has_next = self.planner.advance();
+        if !has_next {
             self.permissions.end_asking_ahead();
-            NextStep::None
         }
-    }
-
-    /// The present step was flown and must not be flown again, and no next one is known.
-    pub(crate) fn drop_step(&mut self) {
-        self.permissions.end_asking_ahead();
-        self.planner.drop_step();
+        has_next
     }
 
     /// Asks for a permission, unless it is held, was asked for ahead, or there is no step that it would be for. Returns when to look again, if
@@ -173,15 +153,11 @@ impl World {
 
     /// Whether the vehicle is where the present step ends, or may fly straight on to the goal of the next one.
     pub(crate) fn may_go_on(&self) -> bool {
-        let (Some(vehicle), Some((step, ..)), Some(Next::Known(next))) =
-            (&self.vehicle, self.planner.step(), self.planner.next())
-        else {
-            return false;
-        };
+        let (Some(vehicle), Some((step, ..))) = (&self.vehicle, self.planner.step()) else { return false };
         let here = vehicle.position;
         let has_arrived = target(step).is_none_or(|(there, _)| here.distance_m(there) <= self.limits.arrival_radius_m);
         // Land, takeoff and stop begin where this step ends.
-        let onward = next.as_deref().and_then(target);
+        let onward = self.planner.next().and_then(|it| target(it));
         has_arrived || onward.is_some_and(|(there, speed_m_s)| self.breach_on_way(here, there, speed_m_s).is_none())
     }
 }

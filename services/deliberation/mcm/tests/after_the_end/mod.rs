@@ -97,73 +97,31 @@ fn a_pilot_who_flies_after_the_end_is_left_alone() {
     assert_eq!(flags, ["somebody_else_flies"]);
 }
 
-/// The planner has this mission, nothing of which has been attempted.
-fn mission(name: &str, epoch: u64) -> v1::PlannerStatus {
+/// This mission, nothing of which has been attempted.
+fn mission(name: &str) -> v1::MissionStatus {
     let objective = v1::Objective {
         name: "there".into(),
         position: Some(v1::Ned::default()),
         state: v1::ObjectiveState::Waiting as i32,
         ..Default::default()
     };
-    v1::PlannerStatus { mission: name.into(), objectives: vec![objective], epoch, ..Default::default() }
+    v1::MissionStatus { mission: name.into(), objectives: vec![objective], ..Default::default() }
 }
 
 #[test]
-fn after_a_planner_that_has_lost_its_memory_only_what_is_uploaded_is_begun() {
+fn only_a_mission_that_is_uploaded_after_the_end_is_begun_also_after_restarts() {
     let mut rig = under_way().0;
-    rig.say(mission("flown", 3));
+    rig.mission(mission("flown"));
     let mut rig = over(rig).started_again();
     rig.vehicle(false, Land, (0.0, 50.0, 0.0));
     rig.wait(20.0);
-    rig.say(mission("flown", 3));
-    assert!(!rig.command(START).done);
-    // It has the mission of its file again.
-    rig.say(mission("flown", 0));
-    rig.wait(1.0);
     assert!(!rig.status().start_awaited && !rig.command(START).done, "not once more");
-    rig.say(mission("next", 1));
+    rig.change_mission(mission("next"), true);
     rig.wait(1.0);
     assert!(rig.status().start_awaited);
-    assert_eq!(rig.command(START).text, "the next mission starts: `next`");
-}
-
-#[test]
-fn a_planner_that_is_first_heard_after_the_report_has_what_was_flown() {
-    let mut rig = under_way().0;
-    rig.say(mission("flown", 3));
-    assert!(rig.command(ABORT).done);
-    rig.execute();
-    // The manager is started again on the ground, before the end, and the planner is silent.
-    rig.vehicle(false, Land, (0.0, 50.0, 0.0));
     let mut rig = rig.started_again();
     rig.vehicle(false, Land, (0.0, 50.0, 0.0));
     rig.wait(20.0);
-    assert_eq!(rig.status().phase(), v1::MissionPhase::Over);
-    // Neither it nor one that is started again meanwhile begins it once more.
-    rig = rig.started_again();
-    rig.vehicle(false, Land, (0.0, 50.0, 0.0));
-    rig.wait(20.0);
-    for _ in 0..2 {
-        rig.say(mission("flown", 3));
-        rig.wait(1.0);
-        assert!(!rig.status().start_awaited && !rig.command(START).done, "not once more");
-    }
-    rig.say(mission("next", 4));
-    rig.wait(1.0);
-    assert!(rig.status().start_awaited);
+    assert!(rig.status().start_awaited, "it waits over a restart");
     assert_eq!(rig.command(START).text, "the next mission starts: `next`");
-}
-
-#[test]
-fn what_waits_for_its_start_waits_over_a_restart_of_the_manager_also_after_the_first_mission() {
-    let mut rig = under_way().0;
-    rig.say(mission("flown", 0));
-    let mut rig = over(rig);
-    rig.say(mission("next", 1));
-    let mut rig = rig.started_again();
-    rig.vehicle(false, Land, (0.0, 50.0, 0.0));
-    rig.wait(20.0);
-    rig.say(mission("next", 1));
-    rig.wait(1.0);
-    assert!(rig.status().start_awaited);
 }

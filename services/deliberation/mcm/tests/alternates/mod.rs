@@ -11,8 +11,8 @@ fn site(name: &str, north_m: f64, kind: v1::SiteKind) -> v1::Site {
     v1::Site { name: name.into(), position, kind: kind as i32 }
 }
 
-fn status(sites: Vec<v1::Site>) -> v1::PlannerStatus {
-    v1::PlannerStatus { sites, ..Default::default() }
+fn status(sites: Vec<v1::Site>) -> v1::MissionStatus {
+    v1::MissionStatus { sites, ..Default::default() }
 }
 
 fn told(rig: &mut Rig) -> Vec<String> {
@@ -22,10 +22,10 @@ fn told(rig: &mut Rig) -> Vec<String> {
 #[test]
 fn they_are_told_in_the_air_best_first_and_without_the_planner() {
     let (mut rig, _) = under_way();
-    rig.say(status(vec![site("pond", 1.0, v1::SiteKind::Ditch), site("field", 20.0, v1::SiteKind::Landing)]));
+    rig.mission(status(vec![site("pond", 1.0, v1::SiteKind::Ditch), site("field", 20.0, v1::SiteKind::Landing)]));
     rig.wait(1.0);
     assert_eq!(told(&mut rig), ["field", "home", "pond"]);
-    // Half a minute later the planner has said nothing more, and the vehicle is elsewhere.
+    // Half a minute later the vehicle is elsewhere.
     rig.vehicle(true, Offboard, (0.0, 5.0, 10.0));
     rig.wait(30.0);
     assert_eq!(told(&mut rig), ["home", "field", "pond"]);
@@ -35,16 +35,16 @@ fn they_are_told_in_the_air_best_first_and_without_the_planner() {
 }
 
 #[test]
-fn a_manager_that_is_started_again_knows_the_sites_before_it_hears_the_planner() {
+fn a_manager_that_is_started_again_knows_the_sites() {
     let (mut rig, _) = under_way();
-    rig.say(status(vec![site("field", 20.0, v1::SiteKind::Landing)]));
+    rig.mission(status(vec![site("field", 20.0, v1::SiteKind::Landing)]));
     rig.wait(1.0);
     let mut rig = rig.started_again();
     rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
     rig.wait(1.0);
     assert_eq!(told(&mut rig), ["field", "home"]);
     // Another mission has taken its place meanwhile.
-    rig.say(status(vec![site("yard", 20.0, v1::SiteKind::Landing)]));
+    rig.mission(status(vec![site("yard", 20.0, v1::SiteKind::Landing)]));
     rig.wait(1.0);
     assert_eq!(told(&mut rig), ["yard", "home"]);
 }
@@ -54,7 +54,7 @@ fn more_sites_than_a_mission_may_have_are_neither_looked_at_nor_told() {
     let (mut rig, _) = under_way();
     // The nearest are beyond the limit.
     let far_first = |index: u16| site(&index.to_string(), f64::from(500 - index), v1::SiteKind::Landing);
-    rig.say(status((0..400).map(far_first).collect()));
+    rig.mission(status((0..400).map(far_first).collect()));
     rig.wait(2.0);
     assert_eq!(told(&mut rig), ["home", "31", "30", "29", "28", "27", "26", "25"]);
 }

@@ -24,7 +24,6 @@ fn under_way() -> Rig {
     rig.vehicle(true, Loiter, (0.0, 0.0, 10.0));
     rig.plan(plan(&[asking_ahead(1, fly(100.0), &[], 2.0), to_the_border(), step(3, fly(500.0), &[])]));
     rig.execute();
-    rig.next(Some(to_the_border()));
     rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
     rig.story();
     rig
@@ -56,7 +55,6 @@ fn decide(rig: &mut Rig, state: v1::PermissionState, valid_for_s: f64) {
 fn arrive(rig: &mut Rig) {
     rig.vehicle(true, Offboard, (0.0, 100.0, 10.0));
     rig.end_present(Succeeded);
-    rig.acknowledge_done();
 }
 
 #[test]
@@ -85,10 +83,7 @@ fn granted_ahead_the_border_is_crossed_without_a_wait() {
     decide(&mut rig, v1::PermissionState::Granted, 900.0);
     assert_eq!(rig.story(), "", "the step goes on");
     arrive(&mut rig);
-    assert_eq!(rig.story(), "start fly 0 120 10\ndone 1");
-    rig.execute();
-    rig.next(Some(step(3, fly(500.0), &[])));
-    assert_eq!(rig.story(), "start fly 0 500 10, giving up 2\ndone 2");
+    assert_eq!(rig.story(), "start fly 0 500 10", "the step to the border is over at once");
 }
 
 #[test]
@@ -124,7 +119,7 @@ fn a_grant_by_hand_after_a_refusal_counts() {
     };
     rig.say(v1::PermissionLedger { permissions: vec![granted], ..Default::default() });
     arrive(&mut rig);
-    assert_eq!(rig.story(), "start fly 0 120 10\ndone 1");
+    assert_eq!(rig.story(), "start fly 0 500 10");
 }
 
 #[test]
@@ -132,9 +127,8 @@ fn the_wait_for_an_answer_goes_on_in_the_step_that_needs_it() {
     let mut rig = asked();
     rig.wait(3.0);
     arrive(&mut rig);
-    assert_eq!(rig.story(), "start fly 0 120 10\ndone 1", "it is asked for already");
+    assert_eq!(rig.story(), "start fly 0 120 10", "it is asked for already");
     rig.execute();
-    rig.next(Some(step(3, fly(500.0), &[])));
     rig.wait(26.0);
     let story = rig.story();
     assert_eq!(story.matches("ask B").count(), 2, "{story}");
@@ -156,7 +150,7 @@ fn silence_until_the_last_try_does_not_end_the_step_and_the_one_that_needs_it_as
     let noted = "area B is asked for again when it is needed: no answer from the control tower after 3 tries";
     assert!(rig.decisions.iter().any(|it| it == noted), "{:?}", rig.decisions);
     arrive(&mut rig);
-    assert_eq!(rig.story(), "ask B\nstart fly 0 120 10\ndone 1");
+    assert_eq!(rig.story(), "ask B\nstart fly 0 120 10");
 }
 
 #[test]
@@ -166,7 +160,7 @@ fn a_grant_that_is_too_short_by_then_is_asked_for_again() {
     rig.wait(20.0);
     assert_eq!(rig.story(), "");
     arrive(&mut rig);
-    assert_eq!(rig.story(), "ask B\nstart fly 0 120 10\ndone 1");
+    assert_eq!(rig.story(), "ask B\nstart fly 0 120 10");
 }
 
 #[test]
@@ -177,7 +171,6 @@ fn a_step_may_ask_for_an_area_and_for_the_next_one_ahead() {
     rig.plan(plan(&[first, to_the_border()]));
     assert_eq!(rig.story(), "replan after 0 () []\nask A\nstart fly 0 100 10");
     rig.execute();
-    rig.next(Some(to_the_border()));
     rig.vehicle(true, Offboard, (0.0, 10.0, 10.0));
     rig.wait(2.0);
     assert_eq!(rig.story(), "ask B");
@@ -192,7 +185,7 @@ fn a_step_may_ask_for_an_area_and_for_the_next_one_ahead() {
         ..Default::default()
     };
     rig.say(v1::PermissionLedger { permissions: vec![granted("A"), granted("B")], ..Default::default() });
-    assert_eq!(rig.story(), "start fly 0 120 10, giving up 1\ndone 1");
+    assert_eq!(rig.story(), "start fly 0 120 10, giving up 1");
 }
 
 #[test]

@@ -128,48 +128,6 @@ fn in_the_air_it_answers_what_is_more_severe() {
     assert!(rig.story().starts_with("report Emergency"), "it is down and stays down");
 }
 
-/// The planner has made `revision` plans.
-fn has_made_plans(revision: u64) -> v1::PlannerStatus {
-    v1::PlannerStatus { plan: Some(v1::Plan { revision, ..Default::default() }), ..Default::default() }
-}
-
-#[test]
-fn a_manager_without_a_memory_whose_planner_has_made_plans_is_no_first_one() {
-    let why = "there is none, but the planner has made plans for a manager before this one";
-    let mut rig = Rig::without_vehicle();
-    rig.say(has_made_plans(3));
-    rig.vehicle(false, Loiter, GROUND);
-    rig.wait(1.0);
-    assert_eq!(flags(&mut rig), [flag("memory_unusable", why)]);
-    assert!(!rig.story().contains("replan") && rig.status().start_awaited);
-    stop(&mut rig);
-    assert!(rig.command(START).done);
-    rig.wait(0.5);
-    assert_eq!(rig.story(), "replan after 0 () []");
-    // Once an operator has decided, also for one that is started again.
-    let mut rig = rig.started_again();
-    rig.say(has_made_plans(3));
-    assert_eq!(flags(&mut rig), []);
-
-    let mut rig = Rig::without_vehicle();
-    rig.say(has_made_plans(3));
-    rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
-    rig.wait(1.0);
-    assert_eq!(rig.story(), "start stop");
-}
-
-#[test]
-fn a_manager_without_a_memory_begins_once_it_has_heard_the_planner() {
-    let mut rig = Rig::without_vehicle();
-    rig.say(rig.introspection());
-    assert_eq!(rig.story(), "");
-    rig.say(has_made_plans(0));
-    assert_eq!(rig.story(), "replan after 0 () []");
-    // The plans that follow are its own.
-    rig.say(has_made_plans(1));
-    assert_eq!(flags(&mut rig), []);
-}
-
 #[test]
 fn nothing_begins_when_the_first_write_fails() {
     let mut rig = Rig::without_vehicle();
@@ -212,29 +170,4 @@ fn a_later_write_that_fails_changes_nothing_in_flight_and_prevents_a_takeoff() {
     rig.mcm.memory_written(Ok(()), None);
     rig.wait(1.0);
     assert_eq!(rig.story(), "replan after 0 () []", "nothing was lost: it begins by itself");
-}
-
-#[test]
-fn the_planners_loss_is_accepted_with_the_start_and_named_to_the_planner() {
-    let loss = |id| v1::MemoryHealth {
-        loss: Some(v1::MemoryLoss { id, why: "planner.0 is garbled".into() }),
-        failing: String::new(),
-    };
-    let mut rig = Rig::without_vehicle();
-    rig.say(v1::PlannerStatus { memory: Some(loss(3)), ..Default::default() });
-    rig.vehicle(false, Loiter, GROUND);
-    rig.wait(1.0);
-    assert!(!rig.story().contains("replan") && rig.status().start_awaited);
-    assert_eq!(flags(&mut rig), [flag("memory_unusable", "the planner's: planner.0 is garbled")]);
-    stop(&mut rig);
-    assert!(rig.command(START).done);
-    rig.wait(0.5);
-    let accepted = rig.open().find_map(|it| match it {
-        kittiwake_proto::topics::Request::Replan(it) => Some(it.accepted_loss),
-        _ => None,
-    });
-    assert_eq!(accepted, Some(3));
-    // Another loss is another question.
-    rig.say(v1::PlannerStatus { memory: Some(loss(4)), ..Default::default() });
-    assert!(rig.status().start_awaited);
 }

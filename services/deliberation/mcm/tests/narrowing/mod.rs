@@ -33,7 +33,6 @@ fn flying(rows: &str, goal: Goal) -> Rig {
     let mut rig = Rig::with_rows(rows);
     rig.plan(plan(&[step(1, goal, &[])]));
     rig.execute();
-    rig.next(None);
     let mode = if goal == Goal::Land { Land } else { Offboard };
     rig.vehicle(true, mode, (0.0, 50.0, 10.0));
     rig.story();
@@ -53,7 +52,7 @@ fn with_area(mut rig: Rig) -> Rig {
     let entry =
         v1::Permission { area: "A".into(), state: granted, valid_for_s: 900.0, decision: 1, ..Default::default() };
     rig.together(|rig| {
-        rig.say(v1::PlannerStatus { areas: vec![area], ..Default::default() });
+        rig.mission(v1::MissionStatus { areas: vec![area], ..Default::default() });
         rig.say(v1::PermissionLedger { permissions: vec![entry], ..Default::default() });
     });
     rig.wait(0.5);
@@ -224,7 +223,7 @@ fn no_vehicle_is_ditched_while_a_landing_can_be_reached() {
     let mut rig = flying(&row("given_up", 500, keys), fly(400.0));
     let position = Some(v1::Ned { north_m: 20.0, east_m: 50.0, down_m: 0.0 });
     let pond = v1::Site { name: "pond".into(), position, kind: v1::SiteKind::Ditch as i32 };
-    rig.say(v1::PlannerStatus { sites: vec![pond], ..Default::default() });
+    rig.mission(v1::MissionStatus { sites: vec![pond], ..Default::default() });
     rig.wait(0.5);
     rig.story();
     rig.flag("given_up", true);

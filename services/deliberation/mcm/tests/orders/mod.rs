@@ -251,7 +251,7 @@ fn before_area_at(kind: v1::AreaKind, until_utc_ms: Option<i64>, hours_utc: Vec<
         hours_utc,
         ..Default::default()
     };
-    rig.say(v1::PlannerStatus { areas: vec![area], ..Default::default() });
+    rig.mission(v1::MissionStatus { areas: vec![area], ..Default::default() });
     rig.story();
     rig
 }
@@ -279,62 +279,15 @@ fn an_order_leads_round_an_area_that_may_not_be_entered_and_never_into_one() {
     assert_eq!(rig.story(), "start fly 19 50 10, giving up 1");
 }
 
-/// Its planner may have those of another mission.
+/// The manager keeps the mission, so it is started again with its areas.
 #[test]
-fn a_planner_that_has_lost_its_memory_takes_no_area_from_the_way() {
-    let after_loss = || {
-        let mut rig = before_area(v1::AreaKind::KeepOut, None);
-        let loss = Some(v1::MemoryLoss { id: 5, why: "its state is gone".into() });
-        let memory = Some(v1::MemoryHealth { loss, failing: String::new() });
-        rig.say(v1::PlannerStatus { memory, ..Default::default() });
-        rig.story();
-        rig
-    };
-    let mut rig = after_loss();
+fn a_manager_that_is_started_again_flies_round_the_areas_of_an_uploaded_mission() {
+    let mut rig = before_area(v1::AreaKind::KeepOut, None);
     assert!(rig.command(land_at(0.0, 80.0)).done);
-    let story = rig.story();
-    assert!(story.starts_with("start fly 19 50 10"), "{story}");
-    // An operator goes on without what is lost: from then on the planner's areas count.
-    let mut rig = after_loss();
-    assert!(rig.command(Verb::Resume(v1::ResumeMission {})).done);
-    rig.say(v1::PlannerStatus { memory: Some(v1::MemoryHealth::default()), ..Default::default() });
-    rig.story();
-    assert!(rig.command(land_at(0.0, 80.0)).done);
-    let story = rig.story();
-    assert!(story.starts_with("start fly 0 80 10"), "{story}");
-}
-
-/// The manager before knew an area that is in no file.
-#[test]
-fn a_manager_that_does_not_know_the_areas_flies_nowhere_until_it_hears_the_planner() {
-    const RETURN: Verb = Verb::Return(v1::ReturnHome { overrides: false });
-    let in_the_next_life = |order: Verb| {
-        let mut rig = before_area(v1::AreaKind::KeepOut, None);
-        assert!(rig.command(order).done);
-        let mut rig = rig.started_again();
-        rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
-        rig.wait(1.0);
-        rig
-    };
-    let mut rig = in_the_next_life(land_at(0.0, 80.0));
-    assert_eq!(rig.story(), "start stop");
-    rig.execute();
-    rig.wait(30.0);
-    assert_eq!(rig.story(), "");
-    let area = before_area(v1::AreaKind::KeepOut, None).mcm.memory();
-    assert!(!area.areas.is_empty());
-    let mut again = rig.started_again();
-    again.vehicle(true, Loiter, (0.0, 50.0, 10.0));
-    again.wait(1.0);
-    assert_eq!(again.story(), "start stop", "nor does the one after it");
-    again.execute();
-    again.say(v1::PlannerStatus::default());
-    again.wait(2.5);
-    let story = again.story();
-    assert!(story.starts_with("start fly 0 80 10"), "{story}");
-    assert_eq!(in_the_next_life(RETURN).story(), "start stop");
-    // To come down it needs to know none.
-    assert_eq!(in_the_next_life(Verb::Abort(v1::AbortMission { overrides: false })).story(), "start land");
+    let mut rig = rig.started_again();
+    rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
+    rig.wait(1.0);
+    assert_eq!(rig.story(), "start fly 19 50 10");
 }
 
 #[test]
@@ -414,17 +367,12 @@ fn a_new_plan_is_made_from_the_objective_and_counts_as_no_failure() {
 #[test]
 fn a_changed_mission_ends_the_step_of_the_old_one() {
     let (mut rig, _) = under_way();
-    rig.say(v1::PlannerStatus { epoch: 1, ..Default::default() });
+    rig.change_mission(v1::MissionStatus::default(), true);
     assert_eq!(rig.story(), "replan after 0 () []\nstart fly 0 100 10, giving up 1");
     rig.execute();
-    // The answer and the change crossed on their way.
-    rig.plan(plan(&[step(8, fly(100.0), &[])]));
-    assert_eq!(rig.story(), "replan after 0 () []");
-    let plan_of_now = v1::Plan { steps: vec![step(9, fly(70.0), &[])], epoch: 1, ..Default::default() };
+    let plan_of_now = v1::Plan { steps: vec![step(9, fly(70.0), &[])], ..Default::default() };
     rig.plan(v1::replan_reply::Reply::Plan(plan_of_now));
     assert_eq!(rig.story(), "start fly 0 70 10, giving up 2");
-    rig.say(v1::PlannerStatus { epoch: 1, ..Default::default() });
-    assert_eq!(rig.story(), "");
 }
 
 #[test]
@@ -521,28 +469,15 @@ fn only_replannings_wait_if_the_policy_says_so() {
     rig.plan(again());
     assert!(rig.status().plan_approval.is_some());
     // Of another mission it is the first.
-    rig.say(v1::PlannerStatus { epoch: 1, ..Default::default() });
+    rig.change_mission(v1::MissionStatus::default(), true);
     assert!(rig.status().plan_approval.is_none());
     rig.story();
-    rig.plan(v1::replan_reply::Reply::Plan(v1::Plan {
-        steps: vec![step(3, fly(100.0), &[])],
-        epoch: 1,
-        ..Default::default()
-    }));
+    rig.plan(v1::replan_reply::Reply::Plan(v1::Plan { steps: vec![step(3, fly(100.0), &[])], ..Default::default() }));
     assert_eq!(rig.story(), "start fly 0 100 10");
     // That mission is no other one for the next process.
     rig.execute();
     let mut rig = rig.started_again();
     rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
-    let next = v1::Plan { steps: vec![step(4, fly(100.0), &[])], epoch: 1, ..Default::default() };
-    rig.plan(v1::replan_reply::Reply::Plan(next));
-    rig.say(v1::PlannerStatus { epoch: 1, ..Default::default() });
-    assert!(rig.status().plan_approval.is_some());
-    // A planner that has lost what it knew counts missions from zero again, and does not know the plan that waits. So with the next one.
-    rig.say(v1::PlannerStatus::default());
-    assert!(rig.status().plan_approval.is_none());
     rig.plan(again());
     assert!(rig.status().plan_approval.is_some());
-    rig.say(v1::PlannerStatus { epoch: 1, ..Default::default() });
-    assert!(rig.status().plan_approval.is_none());
 }

@@ -27,14 +27,13 @@ fn at_the_border(rig: &mut Rig) {
     rig.vehicle(true, Loiter, (0.0, 0.0, 10.0));
     rig.plan(plan(&[step(1, fly(100.0), &["A", "B"]), step(2, fly(500.0), &[])]));
     rig.execute();
-    rig.next(Some(step(2, fly(500.0), &[])));
     rig.vehicle(true, Offboard, (0.0, 100.0, 10.0));
     rig.end_present(Succeeded);
 }
 
 const ASKED_BOTH: &str = "replan after 0 () []\nask A\nask B\nstart fly 0 100 10";
 const ASKED_B: &str = "replan after 0 () []\nask B\nstart fly 0 100 10";
-const GOES_ON: &str = "start fly 0 500 10\ndone 1";
+const GOES_ON: &str = "start fly 0 500 10";
 
 /// A is granted, and B still awaited.
 fn half_granted() -> Rig {
@@ -96,7 +95,7 @@ fn what_runs_out_meanwhile_is_asked_for_again() {
 }
 
 /// Permission area A, above where the vehicle stands.
-fn above_the_pad() -> v1::PlannerStatus {
+fn above_the_pad() -> v1::MissionStatus {
     let corner = |(north_m, east_m)| v1::Ned { north_m, east_m, down_m: 0.0 };
     let area = v1::Area {
         name: "A".into(),
@@ -105,14 +104,14 @@ fn above_the_pad() -> v1::PlannerStatus {
         floor_m: Some(5.0),
         ..Default::default()
     };
-    v1::PlannerStatus { areas: vec![area], ..Default::default() }
+    v1::MissionStatus { areas: vec![area], ..Default::default() }
 }
 
 /// It says for nothing yet: the tower is asked, so that it does, and a recording achieves no more than a few questions.
 #[test]
 fn an_area_of_the_mission_that_is_granted_in_advance_is_asked_for() {
     let mut rig = Rig::new();
-    rig.say(above_the_pad());
+    rig.mission(above_the_pad());
     let line = v1::Permission {
         area: "A".into(),
         state: Granted as i32,
@@ -138,11 +137,11 @@ fn an_area_of_the_mission_that_is_granted_in_advance_is_asked_for() {
 #[test]
 fn a_tower_that_has_lost_its_numbers_is_asked_also_after_a_restart() {
     let mut rig = Rig::new();
-    rig.say(above_the_pad());
+    rig.mission(above_the_pad());
     decide(&mut rig, &[("A", Granted, 1000.0, 5)]);
     let mut rig = rig.started_again();
     rig.vehicle(false, Loiter, (0.0, 0.0, 0.0));
-    rig.say(above_the_pad());
+    rig.mission(above_the_pad());
     decide(&mut rig, &[("A", Granted, 999.0, 5)]);
     decide(&mut rig, &[("A", Granted, 999.0, 6)]);
     assert_eq!(rig.story(), "replan after 0 () []\nask A");
@@ -157,11 +156,11 @@ fn no_takeoff_begins_by_a_permission_that_is_only_remembered() {
     #[track_caller]
     fn check(in_a_next_life: bool, begins: &str) {
         let mut rig = Rig::new();
-        rig.say(above_the_pad());
+        rig.mission(above_the_pad());
         decide(&mut rig, &[("A", Granted, 1000.0, 1)]);
         let mut rig = if in_a_next_life { rig.started_again() } else { rig };
         rig.vehicle(false, Loiter, (0.0, 0.0, 0.0));
-        rig.say(above_the_pad());
+        rig.mission(above_the_pad());
         rig.plan(plan(&[step(1, Goal::Takeoff { climb_m: 10.0 }, &[])]));
         assert_eq!(rig.story(), ["replan after 0 () []", begins].join("\n"));
         if in_a_next_life {

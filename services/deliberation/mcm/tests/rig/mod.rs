@@ -12,13 +12,16 @@ use domain::contingency::Contingencies;
 use domain::energy::EnergyModel;
 use domain::file::Source;
 use domain::geometry::Ned;
+use domain::mission::{Mission, MissionAreas};
+use domain::plan::MissionStatus;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Request, Response};
-use kittiwake_proto::v1;
+use kittiwake_proto::{PLANNING_PROTOCOL, v1};
 use mcm::config::Config;
 use mcm::{Mcm, Trees};
 use node::{CallError, CallId, Effect, Event, Node, Token};
 use signed_permissions::key::PublicKey;
+use v1::mission_request::Request as Ask;
 
 const CONFIG: &str = r#"
 tick_period_ms = 10.0
@@ -108,10 +111,8 @@ pub struct Rig {
     answer: Option<v1::OperatorReply>,
     commands: u64,
     reported: bool,
-    /// As the planner has said last.
-    planner: v1::PlannerStatus,
-    /// Whether the planner has told how many plans it has made.
-    has_heard_planner: bool,
+    /// The mission, as the planner would answer.
+    mission: v1::MissionStatus,
     /// All its decisions, in words.
     pub decisions: Vec<String>,
     /// The same as records.
@@ -155,7 +156,7 @@ impl Rig {
         rig
     }
 
-    /// Nothing has been heard of the vehicle yet, nor of the planner.
+    /// Nothing has been heard of the vehicle yet.
     pub fn without_vehicle() -> Rig {
         Rig::unseen(&[])
     }
@@ -179,10 +180,12 @@ impl Rig {
         let text = changes.iter().fold(CONFIG.to_owned(), |text, (from, to)| text.replace(from, to));
         let config: Config = Source { path: "test".into(), text }.parse().unwrap();
         let loaded = trees.load(&table).unwrap();
+        let areas = mission().areas;
         Rig {
             changes: changes.iter().map(|&(from, to)| (from.to_owned(), to.to_owned())).collect(),
             mcm: Mcm::new(&config, &shipped_energy(), "uav1", 1, &loaded, table, Pace::REAL_TIME)
                 .unwrap()
+                .of_mission(&mission())
                 .measured_with(now_ns),
             now: Time::ZERO,
             log: Vec::new(),
@@ -206,8 +209,7 @@ impl Rig {
             answer: None,
             commands: 0,
             reported: false,
-            planner: v1::PlannerStatus::default(),
-            has_heard_planner: false,
+            mission: v1::MissionStatus { areas: areas.iter().map(Into::into).collect(), ..Default::default() },
             decisions: Vec::new(),
             records: Vec::new(),
             timing: v1::McmTiming::default(),
@@ -219,7 +221,7 @@ impl Rig {
         let changes: Vec<_> = self.changes.iter().map(|(from, to)| (from.as_str(), to.as_str())).collect();
         let mut rig = Rig::unseen(&changes);
         rig.mcm.resume(self.mcm.memory()).unwrap();
-        rig.has_heard_planner = true;
+        rig.mission = self.mission;
         (rig.now, rig.flying, rig.mode, rig.position) = (self.now, self.flying, self.mode, self.position);
         (rig.timestamp_us, rig.listed, rig.gripper) = (self.timestamp_us, self.listed, self.gripper);
         rig.rises = self.rises;
@@ -233,11 +235,8 @@ impl Rig {
         Rig { mcm: self.mcm.that_verifies_with(key), ..self }
     }
 
-    /// The monitor reports the state of the vehicle; before the first time the planner tells that it has made no plan.
+    /// The monitor reports the state of the vehicle.
     pub fn vehicle(&mut self, flying: bool, mode: v1::FlightMode, at: (f64, f64, f64)) {
-        if !self.has_heard_planner {
-            self.say(v1::PlannerStatus::default());
-        }
         (self.flying, self.mode) = (flying, mode);
         self.position = v1::Ned { north_m: at.0, east_m: at.1, down_m: -at.2 };
         self.timestamp_us += 1;
@@ -294,13 +293,8 @@ impl Rig {
 
     pub fn say(&mut self, message: impl Into<Message>) {
         let mut message = message.into();
-        match &mut message {
-            Message::PlannerStatus(status) => {
-                self.has_heard_planner = true;
-                self.planner.clone_from(status);
-            }
-            Message::PermissionLedger(ledger) => ledger.permissions.iter_mut().for_each(|it| self.complete(it)),
-            _ => {}
+        if let Message::PermissionLedger(ledger) = &mut message {
+            ledger.permissions.iter_mut().for_each(|it| self.complete(it));
         }
         self.event(Event::Message { vehicle: "uav1".into(), message });
     }
@@ -320,7 +314,7 @@ impl Rig {
         if line.expires_utc_ms == 0 {
             line.expires_utc_ms = UTC_MS + (1000.0 * line.valid_for_s) as i64;
         }
-        let told = self.planner.areas.iter().find(|it| it.name == line.area);
+        let told = self.mission.areas.iter().find(|it| it.name == line.area);
         let area = told.map_or(far_away(&line.area), |it| it.clone().try_into().expect("an area"));
         line.extent.get_or_insert(area.extent().into());
     }
@@ -397,42 +391,84 @@ impl Rig {
         self.event(Event::Reply { call, result });
     }
 
-    /// The planner has told of every area that these steps ask for; those of which the story says nothing are far away from it.
+    /// An operator changes the mission, which does not touch what is flown.
+    #[track_caller]
+    pub fn mission(&mut self, mission: v1::MissionStatus) {
+        self.change_mission(mission, false);
+    }
+
+    /// An operator changes the mission; the present plan is void by that, or not.
+    #[track_caller]
+    pub fn change_mission(&mut self, mission: v1::MissionStatus, voids_plan: bool) {
+        let request =
+            v1::MissionRequest { request: Some(Ask::Upload(v1::MissionText::default())), ..Default::default() };
+        let request = Request::Mission(request);
+        let together = std::mem::take(&mut self.together);
+        let was_asked = self.open().any(|it| matches!(it, Request::Replan(_)));
+        self.event(Event::Request { vehicle: "uav1".into(), token: Token(8), request });
+        self.mission = mission;
+        let areas = self.mission.areas.iter().cloned().map(|it| it.try_into().expect("an area")).collect::<Vec<_>>();
+        let edited = v1::EditReply {
+            protocol: PLANNING_PROTOCOL,
+            reply: Some(v1::MissionReply { accepted: true, ..Default::default() }),
+            mission: Some(self.course(false)),
+            areas: Some(MissionAreas::of(&areas, &[]).encoded().clone()),
+            voids_plan,
+            ..Default::default()
+        };
+        self.together = together;
+        self.answer(|it| matches!(it, Request::Edit(_)).then(|| Ok(Response::Edit(edited.clone()))));
+        if was_asked && !together {
+            // The answer is for the mission of before, so the manager asks again.
+            let log = self.log.len();
+            self.plan(v1::replan_reply::Reply::Hold(v1::HoldUntil::default()));
+            self.log.truncate(log);
+        }
+    }
+
+    /// The mission as it stands in an answer.
+    fn course(&self, is_settled: bool) -> v1::MissionStatus {
+        let mut objectives = self.mission.objectives.clone();
+        if objectives.is_empty() {
+            objectives = v1::MissionStatus::from(MissionStatus::beginning(&mission())).objectives;
+        }
+        for it in objectives.iter_mut().filter(|it| is_settled && it.state() == v1::ObjectiveState::Waiting) {
+            it.set_state(v1::ObjectiveState::Success);
+        }
+        v1::MissionStatus { objectives, areas: Vec::new(), ..self.mission.clone() }
+    }
+
+    /// The mission has every area that these steps ask for; those of which the story says nothing are far away from it.
     fn tell_areas(&mut self, steps: &[v1::PlanStep]) {
-        let mut status = self.planner.clone();
+        let mut mission = self.mission.clone();
         for name in steps.iter().flat_map(|it| &it.ask_permissions) {
-            if status.areas.iter().all(|it| it.name != *name) {
-                status.areas.push((&far_away(name)).into());
+            if mission.areas.iter().all(|it| it.name != *name) {
+                mission.areas.push((&far_away(name)).into());
             }
         }
-        if status != self.planner {
-            self.say(status);
+        if mission != self.mission {
+            self.mission(mission);
         }
     }
 
     /// The planner answers the open request for a plan.
     #[track_caller]
     pub fn plan(&mut self, reply: v1::replan_reply::Reply) {
-        if let v1::replan_reply::Reply::Plan(plan) = &reply {
-            self.tell_areas(&plan.steps);
-        }
-        let reply = v1::ReplanReply { reply: Some(reply) };
+        self.answer_plan(reply, PLANNING_PROTOCOL);
+    }
+
+    /// The same by a planner of this version.
+    #[track_caller]
+    pub fn answer_plan(&mut self, reply: v1::replan_reply::Reply, protocol: u32) {
+        let is_finished = matches!(reply, v1::replan_reply::Reply::Finished(_));
+        let steps = match &reply {
+            v1::replan_reply::Reply::Plan(plan) => plan.steps.clone(),
+            _ => Vec::new(),
+        };
+        let mission = Some(self.course(is_finished));
+        let reply = v1::ReplanReply { reply: Some(reply), protocol, mission, ..Default::default() };
         self.answer(|it| matches!(it, Request::Replan(_)).then(|| Ok(Response::Replan(reply.clone()))));
-    }
-
-    /// The planner answers the prefetch.
-    #[track_caller]
-    pub fn next(&mut self, step: Option<v1::PlanStep>) {
-        self.tell_areas(step.as_slice());
-        let reply = v1::NextStepReply { step };
-        self.answer(|it| matches!(it, Request::NextStep(_)).then(|| Ok(Response::NextStep(reply.clone()))));
-    }
-
-    /// The planner acknowledges a flown step.
-    #[track_caller]
-    pub fn acknowledge_done(&mut self) {
-        let reply = v1::StepDoneReply { accepted: true, ..Default::default() };
-        self.answer(|it| matches!(it, Request::StepDone(_)).then(|| Ok(Response::StepDone(reply.clone()))));
+        self.tell_areas(&steps);
     }
 
     /// The skill manager takes the open request and executes it; returns its request id.
@@ -531,10 +567,11 @@ impl Rig {
                     Request::SkillCancel(it) => self.log.push(format!("cancel skill {}", it.skill_id)),
                     Request::Replan(it) => {
                         let denials: Vec<_> = it.denials.iter().map(|it| it.area.as_str()).collect();
-                        self.log.push(format!("replan after {} ({}) {denials:?}", it.failed_step_id, it.failure));
+                        let rest = it.basis.as_ref().and_then(|it| it.rest.first());
+                        let failed = rest.filter(|_| it.failed).map_or(0, |it| it.id);
+                        self.log.push(format!("replan after {failed} ({}) {denials:?}", it.failure));
                     }
                     Request::Permission(it) => self.log.push(format!("ask {}", it.area)),
-                    Request::StepDone(it) => self.log.push(format!("done {}", it.step_id)),
                     _ => {}
                 }
                 self.open.push((call, request));
@@ -556,6 +593,14 @@ impl Rig {
             _ => {}
         }
     }
+}
+
+/// The mission of every story that names no other one.
+pub fn mission() -> Mission {
+    let text =
+        "name = \"story\"\n[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 500\nheight_m = 10\nflying = true\n";
+    let mission = Mission::read(&Source { path: "mission".into(), text: text.into() }).expect("a mission");
+    Mission { areas: ["A", "B", "C"].map(far_away).to_vec(), ..mission }
 }
 
 fn far_away(name: &str) -> Area {
@@ -588,6 +633,7 @@ pub fn step(id: u64, goal: domain::skill::Goal, ask: &[&str]) -> v1::PlanStep {
     v1::PlanStep {
         id,
         text: format!("{goal}{asking}"),
+        from: Some(v1::Ned::default()),
         goal_state: Some(v1::PlanningState { position: Some(v1::Ned::default()), ..Default::default() }),
         nominal: Some(v1::ParameterSet { goal: Some(goal.into()), ..Default::default() }),
         ask_permissions: ask.iter().map(|&it| it.to_owned()).collect(),

@@ -40,7 +40,7 @@ fn a_response_names_its_value_what_it_comes_before_and_where_it_goes() {
     let (mut rig, _) = under_way();
     let position = Some(v1::Ned { north_m: 20.0, east_m: 50.0, down_m: 0.0 });
     let field = v1::Site { name: "field".into(), position, kind: v1::SiteKind::Landing as i32 };
-    rig.say(v1::PlannerStatus { sites: vec![field], ..Default::default() });
+    rig.mission(v1::MissionStatus { sites: vec![field], ..Default::default() });
     rig.wait(1.0);
     rig.flag("obstacle", true);
     rig.execute();

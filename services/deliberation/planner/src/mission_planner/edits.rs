@@ -7,15 +7,24 @@ use domain::mission::Mission;
 use super::MissionPlanner;
 use crate::objectives::Objectives;
 use crate::permissions::Permissions;
-use crate::plan::Plan;
 use crate::stuck::Stuck;
+
+/// What was changed besides the objectives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Edited {
+    /// The plan is for what was changed.
+    pub(crate) voids_plan: bool,
+    /// The areas are others, or came from others.
+    pub(crate) areas: bool,
+}
 
 impl MissionPlanner {
     /// Replaces the present mission by another one, of which nothing was attempted. Denials by the
     /// tower are remembered.
     pub(crate) fn take_over(&mut self, mission: Mission) {
         self.objectives = Objectives::new(&mission.objectives);
-        (self.mission, self.begun, self.chosen_order) = (mission, None, None);
+        (self.mission, self.begun) = (mission, None);
+        self.edited().areas = true;
         self.withdraw_plan();
     }
 
@@ -23,6 +32,7 @@ impl MissionPlanner {
     pub(crate) fn replace_airspace(&mut self, areas: Vec<Area>, feeds: Vec<Feed>) {
         let is_same = self.mission.areas == areas;
         (self.mission.areas, self.mission.feeds) = (areas, feeds);
+        self.edited().areas = true;
         if !is_same {
             self.withdraw_plan();
         }
@@ -37,6 +47,7 @@ impl MissionPlanner {
     pub(crate) fn insert(&mut self, index: usize, objective: domain::mission::Objective) {
         let is_next = index == self.objectives.current_index();
         self.objectives.insert(index, &objective);
+        self.edited();
         if is_next {
             self.withdraw_plan();
         }
@@ -46,6 +57,7 @@ impl MissionPlanner {
     pub(crate) fn remove(&mut self, index: usize) {
         let was_current = index == self.objectives.current_index();
         self.objectives.remove(index);
+        self.edited();
         if was_current {
             self.withdraw_plan();
         }
@@ -55,17 +67,34 @@ impl MissionPlanner {
     pub(crate) fn skip(&mut self, index: usize, reason: String) {
         let was_current = index == self.objectives.current_index();
         self.objectives.give_up(index, reason);
+        self.edited();
         if was_current {
             self.withdraw_plan();
         }
     }
 
-    /// The plan becomes void; the mission manager learns it by the epoch.
-    pub(super) fn withdraw_plan(&mut self) {
-        self.plan = Plan::default();
-        self.last_done = None;
+    /// The present plan must not be flown on.
+    fn withdraw_plan(&mut self) {
+        self.rest.clear();
         self.stuck = Stuck::default();
         self.hold = None;
-        self.epoch += 1;
+        self.edited().voids_plan = true;
+    }
+
+    fn edited(&mut self) -> &mut Edited {
+        self.edited.get_or_insert_default()
+    }
+
+    /// What was changed; `None`: nothing.
+    pub(crate) fn what_was_edited(&self) -> Option<Edited> {
+        self.edited
+    }
+}
+
+#[cfg(test)]
+impl MissionPlanner {
+    /// As many steps of the plan were flown.
+    pub(crate) fn drop_first(&mut self, count: usize) {
+        self.rest.drain(..count);
     }
 }

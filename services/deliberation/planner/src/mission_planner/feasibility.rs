@@ -8,8 +8,7 @@ use domain::mission::{Mission, Progress};
 use domain::state::State;
 use domain::time::{Now, Time};
 
-use super::MissionPlanner;
-use super::begun::Begun;
+use super::{AsForecast, MissionPlanner};
 use crate::forecast::{self, MissionForecast};
 use crate::objectives::Objective;
 use crate::plan::Step;
@@ -22,7 +21,8 @@ impl MissionPlanner {
         let mut left_out: Vec<(String, String)> = Vec::new();
         loop {
             let mut scratch = MissionPlanner::new(&self.config, &self.energy, mission.clone(), self.pace);
-            (scratch.permissions, scratch.config.wind, scratch.is_forecast) = (self.permissions.clone(), wind, true);
+            (scratch.permissions, scratch.config.wind) = (self.permissions.clone(), wind);
+            scratch.forecast = Some(AsForecast::default());
             left_out.iter().for_each(|(name, reason)| scratch.objectives.give_up_named(name, reason));
             let forecast = forecast::fly_through(scratch, state.clone(), now);
             match forecast.shortfall().zip(forecast.least_worth()) {
@@ -51,15 +51,17 @@ impl MissionPlanner {
         if self.begun.is_some() {
             return None;
         }
-        self.begun = Some(Begun::at(now));
+        self.begun = Some(now.time);
         if self.mission.order == Order::Free
             && let Some(choice) =
                 free_order::choose(&self.objectives, state, &self.judge(), |it| self.time_left_s(it, now))
         {
             self.objectives.reorder(&choice.ordering.order);
-            self.chosen_order = Some(choice);
+            if let Some(forecast) = &mut self.forecast {
+                forecast.chosen_order = Some(choice);
+            }
         }
-        if self.is_forecast || state.flying || state.charge.is_none() {
+        if self.forecast.is_some() || state.flying || state.charge.is_none() {
             return None;
         }
         // The order is chosen.
@@ -71,16 +73,9 @@ impl MissionPlanner {
         forecast.shortfall().map(|shortfall| format!("the mission {shortfall}"))
     }
 
-    /// Time passes: notices the first moment after another process, and steps of the wall clock.
-    pub(crate) fn pass(&mut self, now: Now) {
-        if let Some(begun) = &mut self.begun {
-            begun.pass(now, self.pace);
-        }
-    }
-
     /// How long it is until `objective` must be arrived at, in mission seconds; less than nothing once that is over.
     pub(super) fn time_left_s(&self, objective: &Objective, now: Now) -> Option<f64> {
-        let passed = self.begun.map_or(Duration::ZERO, |it| it.passed(now, self.pace));
+        let passed = self.begun.map_or(Duration::ZERO, |it| now.time - it);
         let within_s = objective.terms.within.map(|it| it.as_secs_f64() - passed.as_secs_f64());
         let by_utc_s = objective.terms.by_utc_ms.map(|by_utc_ms| {
             let wall_s = by_utc_ms.saturating_sub(now.utc_ms) as f64 / 1e3;
@@ -97,7 +92,7 @@ impl MissionPlanner {
         if let Some(late_s) = left_s.map(|left_s| takes_s - left_s).filter(|it| 0.0 < *it) {
             return Some((current, format!("would be reached {late_s:.0} s too late, {takes_s:.0} s from now")));
         }
-        if self.is_forecast {
+        if self.forecast.is_some() {
             return None;
         }
         energy::to_give_up(steps, state, &self.objectives, state.charge?, &self.judge())

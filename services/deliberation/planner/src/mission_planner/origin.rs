@@ -61,20 +61,6 @@ fn in_words(distance_m: f64) -> String {
 }
 
 impl MissionPlanner {
-    /// The vehicle says where its local frame has its origin, or that it does not know; returns whether that matters for the mission. An
-    /// estimator keeps its origin in flight, so a vehicle that is armed and says nothing has not lost it.
-    pub(crate) fn note_vehicle_origin(&mut self, origin: Option<Origin>, armed: bool) -> bool {
-        if self.vehicle_origin == origin || (armed && origin.is_none()) {
-            return false;
-        }
-        self.vehicle_origin = origin;
-        if !self.plan.is_empty() && self.misfit(self.mission.origin).is_some() {
-            // It was made for where the frame was.
-            self.withdraw_plan();
-        }
-        self.mission.origin.is_some()
-    }
-
     /// Why a mission with this origin must not be flown by this vehicle, if so.
     pub(crate) fn misfit(&self, mission: Option<Origin>) -> Option<Misfit> {
         misfit(mission, self.vehicle_origin, self.config.origin_tolerance_m.get())
@@ -85,7 +71,7 @@ impl MissionPlanner {
         if let Some(reason) = self.waits_for_origin() {
             return Some(Answer::Hold { wait: UNKNOWN_PAUSE, reason });
         }
-        if self.is_forecast {
+        if self.forecast.is_some() {
             return None;
         }
         let elsewhere = self.misfit(self.mission.origin)?;
@@ -96,7 +82,7 @@ impl MissionPlanner {
     /// Why nothing is flown yet, if it is for the vehicle's origin.
     pub(super) fn waits_for_origin(&self) -> Option<String> {
         let is_over = self.objectives.current_index() == self.objectives.all().len();
-        let waits = !is_over && !self.is_forecast && self.misfit(self.mission.origin) == Some(Misfit::Unknown);
+        let waits = !is_over && self.forecast.is_none() && self.misfit(self.mission.origin) == Some(Misfit::Unknown);
         waits.then(|| format!("waiting for the vehicle's place: {}", Misfit::Unknown))
     }
 }

@@ -1,7 +1,7 @@
 //! What an open gripper says about an objective that asks for a release: reached, failed, or nothing yet.
 //!
 //! The load is released once. So what the vehicle reports counts for more than which steps were reported as flown, and
-//! that a release was planned is persisted: a manager or a planner that is started again neither drops a second time nor calls a
+//! that a release was planned is kept with the mission: a manager or a planner that is started again neither drops a second time nor calls a
 //! drop by nobody a success.
 
 use domain::fmu::Gripper;
@@ -51,7 +51,7 @@ impl MissionPlanner {
             && state.gripper == Some(Gripper::Released);
         if is_lost {
             self.conclude(Progress::Failure(LOST.into()));
-            self.withdraw_plan();
+            self.rest.clear();
         }
         is_lost
     }

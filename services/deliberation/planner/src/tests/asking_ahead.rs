@@ -106,7 +106,7 @@ fn without_a_lead_time_nothing_is_asked_for_ahead() {
     let text = across(&area("A", "permission", [90.0, 300.0], ""));
     let mut story = Story::of(&text);
     let config = Config { ask_ahead_s: 0.0.try_into().unwrap(), ..Config::for_tests() };
-    story.planner = Planner::new(&config, &energy_for_tests(), mission(&text), Pace::REAL_TIME);
+    story.restart_with(&config);
     story.plan();
     check_ahead(&story, &[]);
 }

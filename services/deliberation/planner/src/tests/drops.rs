@@ -75,9 +75,7 @@ fn a_load_that_was_released_is_not_released_again() {
 
     let mut planner_restarted = story("");
     planner_restarted.plan();
-    let memory = planner_restarted.planner.memory();
-    planner_restarted.planner = Story::of(&text(&[&buoy(30.0, "drop = true"), BACK])).planner;
-    planner_restarted.planner.resume(memory).unwrap();
+    planner_restarted.restart();
     check_reached(&mut planner_restarted);
 }
 

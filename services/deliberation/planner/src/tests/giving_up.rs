@@ -88,14 +88,10 @@ fn a_vehicle_that_has_landed_below_a_deck_is_not_on_it() {
          3 land",
     );
     story.fly(2);
-    let done = v1::StepDone {
-        step_id: story.steps[0].id,
-        state: Some(v1::PlanningState {
-            position: Some(v1::Ned { east_m: 500.0, ..Default::default() }),
-            ..Default::default()
-        }),
-    };
-    story.request(Request::StepDone(done));
+    let below =
+        v1::PlanningState { position: Some(v1::Ned { east_m: 500.0, ..Default::default() }), ..Default::default() };
+    let landing = story.steps.remove(0);
+    story.flown(landing, below);
     check(&story.objectives(), "there: failure (the vehicle has landed 30 m below it), 3 steps, 0 replans, asked []");
 }
 
@@ -119,7 +115,8 @@ fn a_place_that_is_missed_again_and_again_is_given_up() {
         story.plan();
         for step in std::mem::take(&mut story.steps) {
             story.airborne_at([0.0, 496.0, 9.0]);
-            story.request(Request::StepDone(v1::StepDone { step_id: step.id, state: Some(story.state.clone()) }));
+            let state = story.state.clone();
+            story.flown(step, state);
         }
     }
     let reason = "5 plans in a row have not reached it; the last one ended 4.0 m from it";

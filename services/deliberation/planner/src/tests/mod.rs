@@ -1,11 +1,14 @@
-//! Stories through the planner's own interface: requests in, plans out, rendered as text.
+//! Stories through the planner's own interface: questions in, plans out, rendered as text. The story keeps what the mission manager keeps.
 
 use std::time::Duration;
 
 use domain::file::Source;
-use domain::mission::Mission;
+use domain::geodesy::Origin;
+use domain::mission::{Mission, MissionAreas};
+use domain::plan::{Basis, Course, FlownStep, MissionStatus};
 use domain::time::{Now, Pace, Time};
-use kittiwake_proto::topics::{Message, Request, Response};
+use domain::wire::plan::course;
+use kittiwake_proto::topics::{Request, Response};
 use kittiwake_proto::v1;
 use node::{Effect, Event, Node, Token};
 
@@ -18,7 +21,6 @@ mod asking_ahead;
 mod drops;
 mod giving_up;
 mod hours;
-mod memory;
 mod new_airspace;
 mod operator;
 mod origin;
@@ -43,16 +45,24 @@ struct Story {
     planner: Planner,
     now: Now,
     state: v1::PlanningState,
+    origin: Option<Origin>,
+    /// The mission as far as it has come, and the steps that were flown since.
+    mission: MissionStatus,
+    notes: Option<v1::PlannerNotes>,
+    areas: MissionAreas,
+    flown: Vec<FlownStep>,
+    /// How often what was planned for was changed.
+    voids: u64,
     /// What is held, and for how long, where that is known.
     held: Vec<v1::HeldPermission>,
     /// The grants that failed a step were too short.
     too_short: bool,
-    /// The loss of memory that the operator has accepted.
-    accepted_loss: u64,
     /// Something interrupted the step, which did not fail by itself.
     interrupted: bool,
     requests: u64,
     steps: Vec<v1::PlanStep>,
+    /// The end, as the mission manager tells it: why, whether the report is still awaited, and whether the next mission waits.
+    end: (String, bool, bool),
 }
 
 fn mission(text: &str) -> Mission {
@@ -78,17 +88,58 @@ fn area(name: &str, kind: &str, east_m: [f64; 2], more: &str) -> String {
 impl Story {
     /// On the ground at the origin, no permission held, at time zero.
     fn of(mission_text: &str) -> Story {
+        let mission = mission(mission_text);
         Story {
-            planner: Planner::new(&Config::for_tests(), &energy_for_tests(), mission(mission_text), Pace::REAL_TIME),
+            planner: Planner::new(&Config::for_tests(), &energy_for_tests(), Pace::REAL_TIME),
             now: Now { time: Time::ZERO, utc_ms: UTC_START_MS },
             state: v1::PlanningState { position: Some(v1::Ned::default()), ..Default::default() },
+            origin: None,
+            areas: MissionAreas::of(&mission.areas, &mission.feeds),
+            mission: MissionStatus::beginning(&mission),
+            notes: None,
+            flown: Vec::new(),
+            voids: 0,
             held: Vec::new(),
             too_short: false,
-            accepted_loss: 0,
             interrupted: false,
             requests: 0,
             steps: Vec::new(),
+            end: (String::new(), false, false),
         }
+    }
+
+    /// The planner is another process, with this configuration.
+    fn restart_with(&mut self, config: &Config) {
+        self.planner = Planner::new(config, &energy_for_tests(), Pace::REAL_TIME);
+    }
+
+    /// The planner is another process, which knows nothing.
+    fn restart(&mut self) {
+        self.restart_with(&Config::for_tests());
+    }
+
+    fn basis(&self, sends_areas: bool) -> v1::PlanningBasis {
+        let state = domain::state::State::try_from(v1::PlanningState {
+            position: Some(v1::Ned::default()),
+            ..self.state.clone()
+        });
+        let basis = Basis {
+            at: self.now,
+            state: state.unwrap(),
+            vehicle_origin: self.origin,
+            mission: self.mission.clone(),
+            notes: self.notes.clone(),
+            areas_id: self.areas.id().to_owned(),
+            areas: sends_areas.then(|| self.areas.encoded().clone()),
+            flown: self.flown.clone(),
+            rest: Vec::new(),
+        };
+        v1::PlanningBasis { state: Some(self.state.clone()), rest: self.steps.clone(), ..basis.into() }
+    }
+
+    fn go_on(&mut self, it: Course) {
+        (self.mission, self.notes) = (it.mission, Some(it.notes));
+        self.flown.clear();
     }
 
     fn request(&mut self, request: Request) -> Option<Response> {
@@ -101,12 +152,6 @@ impl Story {
             Effect::Reply { token: Token(1), response } => response,
             other => panic!("{other:?}"),
         })
-    }
-
-    /// The mission manager tells its status.
-    fn hear_manager(&mut self, status: v1::McmStatus) {
-        let event = Event::Message { vehicle: "uav1".into(), message: status.into() };
-        self.planner.on(self.now, event, &mut Vec::new());
     }
 
     fn wait(&mut self, seconds: u64) {
@@ -126,16 +171,16 @@ impl Story {
 
     /// Asks for a plan when no step failed.
     fn plan(&mut self) -> String {
-        self.replan(0, &[])
+        self.replan(false, &[])
     }
 
     /// The first step of the plan fails; each denial is an area and the tower's reason, or none if
     /// it was silent.
     fn fail(&mut self, denials: &[(&str, Option<&str>)]) -> String {
-        self.replan(self.steps[0].id, denials)
+        self.replan(true, denials)
     }
 
-    fn replan(&mut self, failed_step_id: u64, denials: &[(&str, Option<&str>)]) -> String {
+    fn replan(&mut self, failed: bool, denials: &[(&str, Option<&str>)]) -> String {
         self.requests += 1;
         let denial = |&(area, reason): &(&str, Option<&str>)| v1::Denial {
             area: area.into(),
@@ -146,16 +191,22 @@ impl Story {
         };
         let request = v1::ReplanRequest {
             request_id: format!("r{}", self.requests),
-            state: Some(self.state.clone()),
-            failed_step_id,
+            basis: Some(self.basis(false)),
+            failed,
             failure: "it failed".into(),
             denials: denials.iter().map(denial).collect(),
             held: self.held.clone(),
-            accepted_loss: self.accepted_loss,
             interrupted: self.interrupted,
         };
-        let Some(Response::Replan(reply)) = self.request(Request::Replan(request)) else { panic!("no reply") };
+        let mut reply = self.ask_for_plan(request.clone());
+        if let Some(v1::replan_reply::Reply::AreasUnknown(_)) = reply.reply {
+            let request_id = format!("{} with areas", request.request_id);
+            reply = self.ask_for_plan(v1::ReplanRequest { request_id, basis: Some(self.basis(true)), ..request });
+        }
         let text = render(&reply);
+        if let Some(it) = course(reply.mission, reply.notes).unwrap() {
+            self.go_on(it);
+        }
         self.steps = match reply.reply {
             Some(v1::replan_reply::Reply::Plan(plan)) => plan.steps,
             _ => Vec::new(),
@@ -163,25 +214,36 @@ impl Story {
         text
     }
 
+    fn ask_for_plan(&mut self, request: v1::ReplanRequest) -> v1::ReplanReply {
+        let Some(Response::Replan(reply)) = self.request(Request::Replan(request)) else { panic!("no reply") };
+        reply
+    }
+
     /// Flies this many steps of the plan, to the state each reaches; every request is granted.
     fn fly(&mut self, count: usize) {
         for step in self.steps.drain(..count).collect::<Vec<_>>() {
-            let goal = step.goal_state.unwrap();
+            let goal = step.goal_state.clone().unwrap();
             self.state = v1::PlanningState { permissions: self.state.permissions.clone(), ..goal };
-            self.state.permissions.extend(step.ask_permissions);
-            let done = v1::StepDone { step_id: step.id, state: Some(self.state.clone()) };
-            let reply = self.request(Request::StepDone(done));
-            assert_eq!(reply, Some(Response::StepDone(v1::StepDoneReply { accepted: true, refusal: String::new() })));
+            self.state.permissions.extend(step.ask_permissions.clone());
+            let state = self.state.clone();
+            self.flown(step, state);
         }
     }
 
-    fn status(&mut self) -> v1::PlannerStatus {
-        let mut effects = Vec::new();
-        self.planner.act(self.now, &mut effects);
-        match effects.pop() {
-            Some(Effect::Publish { message: Message::PlannerStatus(status), .. }) => status,
-            other => panic!("no status is due: {other:?}"),
-        }
+    /// This step was flown, which left the vehicle so.
+    fn flown(&mut self, step: v1::PlanStep, state: v1::PlanningState) {
+        let (step, state) = (step.try_into().unwrap(), state.try_into().unwrap());
+        self.flown.push(FlownStep { step, state, at: self.now });
+    }
+
+    /// The mission, with what was flown.
+    fn status(&mut self) -> v1::MissionStatus {
+        let mut core = self.planner.go_on(Basis::try_from(self.basis(true)).unwrap()).unwrap().unwrap();
+        let (status, _) = core.course();
+        let (areas, feeds) = (self.areas.areas().to_vec(), self.areas.feeds().to_vec());
+        let mut status = v1::MissionStatus::from(MissionStatus { areas, feeds, ..status });
+        status.plan.as_mut().unwrap().steps.clone_from(&self.steps);
+        status
     }
 
     /// One line an objective: name, state, reason, steps planned, replans, permissions asked.
@@ -208,6 +270,7 @@ fn render(reply: &v1::ReplanReply) -> String {
         Reply::Hold(hold) => format!("hold {:.0} s: {}\n", hold.wait_s, hold.reason),
         Reply::Finished(_) => "finished\n".into(),
         Reply::Refused(refusal) => format!("refused: {}\n", refusal.reason),
+        Reply::AreasUnknown(_) => "it does not know the areas\n".into(),
     }
 }
 

@@ -13,7 +13,7 @@ fn of_feed(name: &str, east_m: [f64; 2]) -> String {
     area(name, "keep-out", east_m, "feed = \"z.json\"")
 }
 
-fn names(status: &v1::PlannerStatus) -> Vec<&str> {
+fn names(status: &v1::MissionStatus) -> Vec<&str> {
     status.areas.iter().map(|it| it.name.as_str()).collect()
 }
 
@@ -21,7 +21,7 @@ fn names(status: &v1::PlannerStatus) -> Vec<&str> {
 fn only_the_areas_of_feeds_are_replaced_and_what_was_done_stays_done() {
     let mut story = Story::under_way(REFERENCE);
     assert!(story.ask(Ask::Skip(v1::SkipObjective { name: "deliver".into() })).accepted);
-    let before = story.status();
+    let (before, voids) = (story.status(), story.voids);
     let first = edition("2026-01-01", &of_feed("Z", [700.0, 800.0]));
     let tried = story.ask(Ask::ValidateAirspace(first.clone()));
     let told =
@@ -33,18 +33,18 @@ fn only_the_areas_of_feeds_are_replaced_and_what_was_done_stays_done() {
     assert!(story.ask(Ask::AdoptAirspace(first)).accepted);
     let after = story.status();
     assert_eq!((names(&after), after.feeds[0].areas.as_slice()), (vec!["A", "B", "Z"], &[2][..]));
-    assert_eq!((&after.objectives, after.epoch), (&before.objectives, before.epoch + 1));
+    assert_eq!((&after.objectives, story.voids), (&before.objectives, voids + 1));
 
     let second = edition("2026-02-01", &of_feed("Y", [700.0, 800.0]));
     let reply = story.ask(Ask::AdoptAirspace(second.clone()));
     let told = "new airspace adopted; feed `z.json`, issued 2026-02-01T00:00:00Z (1 areas) in place of feed `z.json`, \
                 issued 2026-01-01T00:00:00Z (1 areas)";
     assert_eq!((reply.accepted, reply.text.as_str()), (true, told));
-    let status = story.status();
-    assert_eq!(names(&status), ["A", "B", "Y"]);
+    let voids = story.voids;
+    assert_eq!(names(&story.status()), ["A", "B", "Y"]);
     // The same areas again leave the plan as it is.
     assert!(story.ask(Ask::AdoptAirspace(v1::MissionText { text: second.text + "\n# again\n", wind: None })).accepted);
-    assert_eq!(story.status().epoch, status.epoch);
+    assert_eq!(story.voids, voids);
 }
 
 #[test]
@@ -75,7 +75,7 @@ fn airspace_that_the_mission_cannot_be_flown_in_is_refused_and_the_old_one_stays
 #[test]
 fn airspace_after_the_end_is_left_to_the_next_mission() {
     let mut story = Story::under_way(REFERENCE);
-    story.hear_manager(v1::McmStatus { ends: "`operator_abort`".into(), ..Default::default() });
+    story.end = ("`operator_abort`".into(), true, false);
     let reply = story.ask(Ask::AdoptAirspace(edition("2026-01-01", "")));
     assert_eq!(reply.text, "`operator_abort`: upload the next mission with the new airspace");
 }

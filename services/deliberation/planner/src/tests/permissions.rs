@@ -208,7 +208,7 @@ fn holding_for_one_area_ends_after_its_limit() {
     let mission_text = across(&area("W", "permission", [200.0, 700.0], ""));
     let mut story = Story::of(&mission_text);
     let config = Config { retry_after_denial_s: 50.0.try_into().unwrap(), ..Config::for_tests() };
-    story.planner = Planner::new(&config, &energy_for_tests(), mission(&mission_text), Pace::REAL_TIME);
+    story.restart_with(&config);
     story.plan();
     story.fly(1);
     story.airborne_at([0.0, 180.0, 10.0]);

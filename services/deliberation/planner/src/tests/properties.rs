@@ -9,10 +9,10 @@ use geo::ConvexHull;
 use proptest::prelude::*;
 
 use super::*;
-use crate::mission_planner::{Answer, MissionPlanner};
+use crate::mission_planner::{Answer, MissionPlanner, Question};
 use crate::plan::Step;
 use domain::airspace::{Grants, stays};
-use domain::plan::{Denial, DenialKind, FailedStep, PlanRequest};
+use domain::plan::{Denial, DenialKind, Failure};
 use domain::state::State;
 
 fn spot() -> impl Strategy<Value = Ned> {
@@ -68,16 +68,9 @@ fn planner(areas: &[Area], goal: Ned) -> MissionPlanner {
     MissionPlanner::new(&config, &energy_for_tests(), mission_among(areas, goal), Pace::REAL_TIME)
 }
 
-fn from(position: Ned, held: &BTreeSet<String>) -> PlanRequest {
+fn from(position: Ned, held: &BTreeSet<String>) -> Question {
     let state = State { permissions: held.clone(), ..State::new(position, position.down_m != 0.0) };
-    PlanRequest {
-        request_id: String::new(),
-        state,
-        grants: Grants::new(),
-        failed: None,
-        denials: Vec::new(),
-        accepted_loss: 0,
-    }
+    Question { state, grants: Grants::new(), failed: None, denials: Vec::new() }
 }
 
 /// No step enters an area that is neither held nor asked for in an earlier step, or a keep-out
@@ -125,7 +118,7 @@ proptest! {
         let chosen = |bits: u8| areas.iter().enumerate().filter(move |(it, _)| bits >> it & 1 == 1);
         let held: BTreeSet<String> = chosen(held).map(|(_, it)| it.name.clone()).collect();
         let denials = chosen(denied).map(|(_, it)| Denial { area: it.name.clone(), kind: DenialKind::Silent, reason: String::new() });
-        let request = PlanRequest {
+        let request = Question {
             denials: denials.filter(|it| !held.contains(&it.area)).collect(),
             ..from(start.at_height(height_m), &held)
         };
@@ -198,7 +191,7 @@ proptest! {
         let failing = failing.index(steps.len());
         for step in &steps[..failing] {
             held.extend(step.communication.ask.iter().map(|need| need.area.clone()));
-            prop_assert!(planner.step_done(step.id.unwrap(), &step.action.to, Now::default()).is_ok());
+            planner.flown(step, false, &step.action.to, Now::default());
         }
         let failed = &steps[failing];
         let position = failed.way().0.towards(failed.way().1, progress);
@@ -207,8 +200,9 @@ proptest! {
         held = held.into_iter().enumerate().filter(|(it, _)| bit(*it)).map(|(_, it)| it).collect();
         let denied = failed.communication.ask.iter().enumerate().filter(|(it, _)| bit(it + 4)).map(|(_, need)| &need.area);
         let denials = denied.map(|it| Denial { area: it.clone(), kind: if bit(2) { DenialKind::Silent } else { DenialKind::Refused }, reason: "busy".into() }).collect();
-        let step = FailedStep { id: failed.id.unwrap(), reason: String::new(), interrupted: false };
-        let request = PlanRequest { failed: Some(step), denials, ..from(position, &held) };
+        planner.drop_first(failing);
+        let failure = Failure { reason: String::new(), interrupted: false };
+        let request = Question { failed: Some(failure), denials, ..from(position, &held) };
         if let Answer::Plan(steps) = planner.replan(request, Now::default()) {
             assert_allowed(&steps, &areas, &held)?;
         }

@@ -115,9 +115,7 @@ fn a_planner_that_is_started_again_goes_on_with_the_survey() {
     let mut story = Story::of(&text);
     story.plan();
     story.fly(5);
-    let memory = story.planner.memory();
-    story.planner = Planner::new(&Config::for_tests(), &energy_for_tests(), mission(&text), Pace::REAL_TIME);
-    story.planner.resume(memory).unwrap();
+    story.restart();
     assert_eq!(passed(&mut story), 4);
     check(&story.plan(), "8 position 100 75 40\n9 position 300 75 40");
 }

@@ -161,74 +161,6 @@ fn a_step_of_the_wall_clock_moves_no_deadline_that_counts_from_the_first_plan() 
 }
 
 #[test]
-fn a_deadline_goes_on_over_a_restart() {
-    let text = format!(
-        "name = \"terms\"\n{}{}",
-        objective("there", [0.0, 300.0, 10.0], "reach_within_s = 60.0"),
-        objective("back", [0.0, 0.0, 0.0], "")
-    );
-    let mut story = Story::of(&text);
-    story.plan();
-    // The clock of another process begins at zero.
-    story.wait(30);
-    story.now.time = Time::ZERO;
-    story.restart(&text).unwrap();
-    story.plan();
-    check_outcomes(&mut story, &["there: would be reached 3 s too late, 33 s from now", "back"]);
-}
-
-#[test]
-fn a_deadline_goes_on_over_a_restart_after_a_step_of_the_wall_clock() {
-    let text = format!(
-        "name = \"terms\"\n{}{}",
-        objective("there", [0.0, 300.0, 10.0], "reach_within_s = 60.0"),
-        objective("back", [0.0, 0.0, 0.0], "")
-    );
-    for step_s in [3600, -3600] {
-        let mut story = Story::of(&text);
-        story.plan();
-        story.now.utc_ms += step_s * 1000;
-        story.wait(30);
-        story.status();
-        story.now.time = Time::ZERO;
-        story.restart(&text).unwrap();
-        story.plan();
-        check_outcomes(&mut story, &["there: would be reached 3 s too late, 33 s from now", "back"]);
-    }
-}
-
-#[test]
-fn the_vehicle_stays_where_it_is_to_stay_and_then_goes_on() {
-    let stay = [objective("watch", [0.0, 100.0, 10.0], "dwell_s = 30.0"), objective("back", [0.0, 0.0, 0.0], "")];
-    let mut story = story("", &stay);
-    story.plan();
-    story.fly(story.steps.len());
-    check(&story.plan(), "hold 30 s: stays at `watch` for 30 s more");
-    story.wait(10);
-    check(&story.plan(), "hold 20 s: stays at `watch` for 20 s more");
-    // It was carried away: the stay begins again.
-    story.airborne_at([50.0, 100.0, 10.0]);
-    assert!(story.plan().contains("position 0 100 10"));
-    story.fly(story.steps.len());
-    check(&story.plan(), "hold 30 s: stays at `watch` for 30 s more");
-    story.wait(30);
-    assert!(story.plan().contains("position 0 0 10"));
-    check_outcomes(&mut story, &["watch reached", "back"]);
-}
-
-#[test]
-fn one_place_may_be_visited_several_times() {
-    let (a, b) = ([0.0, 100.0, 10.0], [100.0, 0.0, 10.0]);
-    let mut story = story("", &[objective("a", a, ""), objective("b", b, ""), objective("a again", a, "")]);
-    for place in ["position 0 100 10", "position 100 0 10", "position 0 100 10"] {
-        assert!(story.plan().contains(place), "{place}");
-        story.fly(story.steps.len());
-    }
-    check(&story.plan(), "finished");
-    check_outcomes(&mut story, &["a reached", "b reached", "a again reached"]);
-}
-
-#[test]
 fn a_planner_that_is_started_again_keeps_the_order_and_the_deadlines() {
     let text = format!(
         "name = \"terms\"\norder = \"free\"\n{}{}",
@@ -239,9 +171,7 @@ fn a_planner_that_is_started_again_keeps_the_order_and_the_deadlines() {
     story.plan();
     check_outcomes(&mut story, &["near", "far"]);
     story.wait(50);
-    let memory = story.planner.memory();
-    story.planner = Planner::new(&Config::for_tests(), &energy_for_tests(), mission(&text), Pace::REAL_TIME);
-    story.planner.resume(memory).unwrap();
+    story.restart();
     check_outcomes(&mut story, &["near", "far"]);
     story.airborne_at([0.0, 100.0, 10.0]);
     story.plan();

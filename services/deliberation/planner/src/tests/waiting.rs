@@ -5,13 +5,12 @@ use domain::airspace::Grants;
 use domain::area::{Area, AreaKind};
 use domain::geometry::Ned;
 use domain::mission::Objective;
-use domain::plan::PlanRequest;
 use domain::state::State;
 use kittiwake_proto::v1::mission_request::Request as Ask;
 use proptest::prelude::*;
 
 use super::*;
-use crate::mission_planner::{Answer, MissionPlanner};
+use crate::mission_planner::{Answer, MissionPlanner, Question};
 
 /// A keep-out area across the way, that lasts until then. Straight the way takes 60 s, takeoff and landing included, and the way round it
 /// to the north 95 s.
@@ -186,15 +185,9 @@ fn arrives_s(until_s: Option<i64>, east_m: (f64, f64), north_m: (f64, f64)) -> f
     let mut planner = MissionPlanner::new(&config, &energy_for_tests(), mission, Pace::REAL_TIME);
     let mut now = Now { time: Time::ZERO, utc_ms: UTC_START_MS };
     for _ in 0..8 {
-        let request = PlanRequest {
-            request_id: String::new(),
-            state: State::new(Ned::default(), false),
-            grants: Grants::new(),
-            failed: None,
-            denials: Vec::new(),
-            accepted_loss: 0,
-        };
-        match planner.replan(request, now) {
+        let state = State::new(Ned::default(), false);
+        let question = Question { state, grants: Grants::new(), failed: None, denials: Vec::new() };
+        match planner.replan(question, now) {
             Answer::Plan(steps) => {
                 let flown_s: f64 = steps.iter().map(|it| it.flight_time_s(&config)).sum();
                 return now.time.as_secs_f64() + flown_s;

@@ -53,7 +53,7 @@ pub(crate) struct VehicleState {
     /// The monitor's aggregate.
     pub(crate) introspection: Option<Seen<v1::Introspection>>,
     /// Objectives, areas and plan.
-    pub(crate) planner: Option<Seen<v1::PlannerStatus>>,
+    pub(crate) mission: Option<Seen<v1::MissionStatus>>,
     /// What the mission manager does.
     pub(crate) mcm: Option<Seen<v1::McmStatus>>,
     /// What the mission manager decided last.
@@ -213,9 +213,9 @@ impl VehicleState {
                 occurrence::permissions(message_of(&self.ledger), &ledger).for_each(&mut occurred);
                 self.ledger = seen(now, ledger);
             }
-            Message::PlannerStatus(status) => {
-                occurrence::objectives(message_of(&self.planner), &status).for_each(&mut occurred);
-                self.planner = seen(now, status);
+            Message::MissionStatus(status) => {
+                occurrence::objectives(message_of(&self.mission), &status).for_each(&mut occurred);
+                self.mission = seen(now, status);
             }
             Message::McmStatus(status) => {
                 occurrence::report(message_of(&self.mcm), &status).map(&mut occurred);
@@ -312,7 +312,7 @@ mod tests {
             let steps = vec![v1::PlanStep { id: step_id, ..Default::default() }];
             let objectives = vec![v1::Objective { state: state.into(), ..Default::default() }];
             let plan = Some(v1::Plan { steps, ..Default::default() });
-            Message::from(v1::PlannerStatus { objectives, plan, ..Default::default() })
+            Message::from(v1::MissionStatus { objectives, plan, ..Default::default() })
         };
         let over = || Message::from(v1::McmStatus { report: Some(Default::default()), ..Default::default() });
         assert_eq!(

@@ -78,8 +78,8 @@ pub(crate) fn permissions(
 
 /// The objectives that are new or have changed.
 pub(crate) fn objectives(
-    before: Option<&v1::PlannerStatus>,
-    after: &v1::PlannerStatus,
+    before: Option<&v1::MissionStatus>,
+    after: &v1::MissionStatus,
 ) -> impl Iterator<Item = Occurrence> {
     let before = before.map_or(&[][..], |status| &status.objectives);
     let changed = |(index, it): &(usize, &v1::Objective)| before.get(*index) != Some(*it);

@@ -13,12 +13,9 @@ pub(crate) fn memory_problems(snapshot: &Snapshot) -> Vec<String> {
     let ledgers = snapshot.fleet.vehicles.values().filter_map(|it| message_of(&it.ledger));
     let tower: BTreeSet<String> = ledgers.filter_map(|it| problem("control-tower", it.memory.as_ref()?)).collect();
     let vehicles = snapshot.fleet.vehicles.iter();
-    let problems = vehicles.flat_map(|(vehicle, state)| {
-        let mcm = message_of(&state.mcm).and_then(|it| it.memory.as_ref());
-        let planner = message_of(&state.planner).and_then(|it| it.memory.as_ref());
-        [("mcm", mcm), ("planner", planner)]
-            .into_iter()
-            .filter_map(move |(process, health)| problem(&format!("{vehicle}/{process}"), health?))
+    let problems = vehicles.filter_map(|(vehicle, state)| {
+        let health = message_of(&state.mcm).and_then(|it| it.memory.as_ref());
+        health.and_then(|it| problem(&format!("{vehicle}/mcm"), it))
     });
     tower.into_iter().chain(problems).collect()
 }

@@ -109,7 +109,7 @@ fn vehicles(registry: &mut Registry, snapshot: &Snapshot, ages: Ages) {
         };
         age("vehicle_status", age_s(&state.status, now, ages));
         age("introspection", age_s(&state.introspection, now, ages));
-        age("planner_status", age_s(&state.planner, now, ages));
+        age("mission_status", age_s(&state.mission, now, ages));
         age("mcm_status", age_s(&state.mcm, now, ages));
         age("permission_ledger", age_s(&state.ledger, now, ages));
         age("tree_snapshot", age_s(&state.tree, now, ages));

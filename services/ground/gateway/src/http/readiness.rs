@@ -53,7 +53,7 @@ fn missing(snapshot: &Snapshot, vehicle: &VehicleState, stale_after: Duration) -
     let data = [
         ("vehicle status", vehicle.status.is_some()),
         ("introspection", vehicle.introspection.is_some()),
-        ("planner status", vehicle.planner.is_some()),
+        ("mission", vehicle.mission.is_some()),
         ("mission manager status", vehicle.mcm.is_some()),
     ];
     let data = data.into_iter().filter(|(_, seen)| !seen).map(|(name, _)| format!("{name} not received yet"));
@@ -111,7 +111,7 @@ mod tests {
         let data = [
             Message::from(v1::VehicleStatus::default()),
             v1::Introspection::default().into(),
-            v1::PlannerStatus::default().into(),
+            v1::MissionStatus::default().into(),
             v1::McmStatus::default().into(),
         ];
         for message in data.into_iter().filter(|it| it.topic().key() != without) {

@@ -25,7 +25,7 @@ pub(crate) struct Site {
     pub(crate) large_bodies: Arc<Shares>,
     pub(crate) limiter: Arc<RateLimiter>,
     pub(crate) answers: Arc<AnswerCache>,
-    /// What the planners have told of their missions.
+    /// What the mission managers have told of their missions.
     pub(crate) missions: Arc<Missions>,
     /// Of answers that wait for their clients.
     pub(crate) memory: AnswerMemory,

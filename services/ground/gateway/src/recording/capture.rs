@@ -237,7 +237,7 @@ mod tests {
         let jobs = play(
             1.0,
             vec![
-                (10, v1::PlannerStatus::default().into()),
+                (10, v1::MissionStatus::default().into()),
                 (20, status(false)),
                 (500, decision()),
                 (1000, status(true)),
@@ -250,7 +250,7 @@ mod tests {
             9300,
         );
         let expected = [
-            "1 planner/status 10",
+            "1 mission/status 10",
             "1 mcm/status 20",
             "1 mcm/decision 500",
             "1 mcm/status 1000",

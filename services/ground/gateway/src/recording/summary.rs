@@ -23,7 +23,7 @@ const MAX_BYTES: usize = 4 * 1024 * 1024;
 pub(crate) struct Summary {
     /// The vehicle; empty if it is unknown.
     pub(crate) vehicle: String,
-    /// The mission's name, as the planner had it last.
+    /// The mission's name, as the mission manager had it last.
     pub(crate) mission: String,
     /// When the first message arrived, in milliseconds since the Unix epoch.
     pub(crate) started_ms: Option<i64>,
@@ -81,10 +81,10 @@ impl Summary {
         self.started_ms.get_or_insert(utc_ms);
         self.ended_ms = self.ended_ms.max(Some(utc_ms));
         let summed_up =
-            [Topic::PlannerStatus, Topic::McmStatus, Topic::DecisionRecord, Topic::PermissionLedger].contains(&topic);
+            [Topic::MissionStatus, Topic::McmStatus, Topic::DecisionRecord, Topic::PermissionLedger].contains(&topic);
         let Some(message) = summed_up.then(|| Message::decode(topic, bytes).ok()).flatten() else { return };
         match message {
-            Message::PlannerStatus(status) => {
+            Message::MissionStatus(status) => {
                 self.mission = status.mission;
                 self.objectives = status.objectives;
             }
@@ -244,7 +244,7 @@ mod tests {
         let report = v1::MissionReport { outcome: v1::MissionOutcome::Success.into(), ..Default::default() };
         let objectives = vec![v1::Objective { name: "deliver".into(), ..Default::default() }];
         let summary = fold(vec![
-            v1::PlannerStatus { mission: "reference".into(), objectives, ..Default::default() }.into(),
+            v1::MissionStatus { mission: "reference".into(), objectives, ..Default::default() }.into(),
             v1::DecisionRecord {
                 at_s: 1.5,
                 topic: "step".into(),

@@ -38,7 +38,7 @@ pub(crate) fn fleet(snapshot: &Snapshot, ages: Ages) -> v1::Fleet {
 const AT_REST_M_S: f64 = 0.5;
 
 fn fleet_entry(name: &str, state: &VehicleState, now: Time, ages: Ages) -> v1::fleet::Entry {
-    let (mcm, planner) = (message_of(&state.mcm), message_of(&state.planner));
+    let (mcm, planner) = (message_of(&state.mcm), message_of(&state.mission));
     let worst = mcm.and_then(|it| it.contingencies.iter().min_by_key(|row| (Reverse(row.alarm), row.priority)));
     let introspection = message_of(&state.introspection);
     let derived = introspection.and_then(|it| it.derived.as_ref());

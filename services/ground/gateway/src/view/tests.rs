@@ -43,7 +43,7 @@ fn planner(step_ids: &[u64], state: v1::ObjectiveState) -> Message {
         v1::PlanStep { id, ask_permissions, ask_ahead, ..Default::default() }
     });
     let objective = v1::Objective { name: "there".into(), state: state as i32, ..Default::default() };
-    v1::PlannerStatus {
+    v1::MissionStatus {
         mission: "reference".into(),
         objectives: vec![objective],
         plan: Some(v1::Plan { steps: steps.collect(), revision: 3, ..Default::default() }),

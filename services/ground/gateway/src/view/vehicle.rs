@@ -25,7 +25,7 @@ pub(crate) fn vehicle(
 ) -> Option<v1::Vehicle> {
     let state = snapshot.fleet.vehicles.get(name)?;
     let now = snapshot.now.time;
-    let (mcm, planner) = (message_of(&state.mcm), message_of(&state.planner));
+    let (mcm, planner) = (message_of(&state.mcm), message_of(&state.mission));
     Some(v1::Vehicle {
         mission_time_s: state.mission_time_s(now),
         utc: utc(snapshot.now.utc_ms),
@@ -82,7 +82,7 @@ fn operator(mcm: &v1::McmStatus) -> doc::OperatorState {
 }
 
 fn mission(state: &VehicleState) -> doc::MissionState {
-    let planner = message_of(&state.planner);
+    let planner = message_of(&state.mission);
     doc::MissionState {
         name: planner.map(|it| it.mission.clone()),
         phase: message_of(&state.mcm).map(|it| it.phase),
@@ -221,7 +221,7 @@ fn sources(state: &VehicleState, now: Time, ages: Ages) -> doc::Sources {
     doc::Sources {
         vehicle_status: source(&state.status, 1.5, now, ages),
         introspection: source(&state.introspection, 0.4, now, ages),
-        planner_status: source(&state.planner, 2.5, now, ages),
+        mission_status: source(&state.mission, 2.5, now, ages),
         mcm_status: source(&state.mcm, 1.5, now, ages),
         permission_ledger: source(&state.ledger, LEDGER_LATE_S, now, ages),
         tree_snapshot: source(&state.tree, 1.5, now, ages),

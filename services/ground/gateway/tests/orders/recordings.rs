@@ -32,7 +32,7 @@ async fn answer_once(world: &World, path: &str, ready: impl Fn(&Answer) -> bool)
 #[tokio::test(flavor = "multi_thread")]
 async fn a_mission_is_listed_summarised_and_downloaded() {
     let world = World::new();
-    world.say(v1::PlannerStatus { mission: "reference".into(), ..Default::default() });
+    world.say(v1::MissionStatus { mission: "reference".into(), ..Default::default() });
     world.say(v1::McmStatus::default());
     world.say(v1::DecisionRecord { topic: "step".into(), text: "takeoff".into(), ..Default::default() });
     let report =
@@ -74,7 +74,7 @@ async fn a_mission_is_listed_summarised_and_downloaded() {
     }
     let topics: Vec<_> = mcap::MessageStream::new(&file).unwrap().map(|it| it.unwrap().channel.topic.clone()).collect();
     assert!(
-        topics.iter().any(|it| it == "mcm/decision") && topics.iter().any(|it| it == "planner/status"),
+        topics.iter().any(|it| it == "mcm/decision") && topics.iter().any(|it| it == "mission/status"),
         "{topics:?}"
     );
 }

@@ -231,7 +231,7 @@ pub fn obedient(call: &Call) -> Response {
         Call::OperatorCommand(_) => Response::OperatorCommand(v1::OperatorReply { done: true, text: "done".into() }),
         Call::Mission(_) => Response::Mission(v1::MissionReply {
             accepted: true,
-            status: Some(v1::PlannerStatus::default()),
+            status: Some(v1::MissionStatus::default()),
             ..Default::default()
         }),
         Call::Decide(_) => Response::Decide(v1::DecideReply { accepted: true, ..Default::default() }),

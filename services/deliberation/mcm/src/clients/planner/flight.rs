@@ -1,10 +1,9 @@
-//! The step that is flown, and the next one.
+//! The plan that is flown, and its present step.
 
 use std::sync::Arc;
 
-use domain::plan::{Denial, FailedStep, Plan, Step, StepId};
+use domain::plan::{Denial, Failure, Plan, Step};
 use domain::skill::Goal;
-use domain::time::Time;
 
 /// The state of the flight of a plan.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -14,37 +13,24 @@ pub(crate) enum Flight {
     Idle,
     /// A step is flown, or is about to be.
     Flying {
-        /// That step.
-        step: Arc<Step>,
-        /// Its place in the plan, from 1, and how many steps the plan had.
-        number: u32,
-        /// The number of steps in the plan.
-        count: u32,
-        /// The next step.
-        next: Next,
-        /// Why the step is to be given up; its executor will do so.
+        /// The steps of the plan.
+        steps: Arc<[Arc<Step>]>,
+        /// Which of them it is, from 0.
+        at: usize,
+        /// Why the plan is to be given up; the executor of its present step will do so.
         withdrawn: Option<String>,
     },
     /// The step was given up. The transition flies towards its goal until there is a plan.
     Interrupted {
         /// Its goal.
         goal: Goal,
-        /// What the planner must know about it; `None` if the next plan does not depend on it.
-        failed: Option<FailedStep>,
-        /// Areas that were denied during it; kept until the planner knows of them.
+        /// It and the steps after it, as long as the planner does not know of it.
+        rest: Vec<Step>,
+        /// How it has failed; `None` if the next plan does not depend on it.
+        failed: Option<Failure>,
+        /// Areas that were denied during it.
         denials: Vec<Denial>,
     },
-}
-
-/// The step after the present one.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Next {
-    /// Not asked for yet; not before this time.
-    Unknown(Time),
-    /// Asked for.
-    Asked,
-    /// Known; `None`: the plan has no further step.
-    Known(Option<Arc<Step>>),
 }
 
 /// An event in the flight of a plan.
@@ -52,15 +38,9 @@ pub(crate) enum Next {
 pub(crate) enum Event {
     /// A plan was adopted.
     Adopted(Plan),
-    /// The next step was asked for.
-    NextAsked,
-    /// The planner has named the step after this one.
-    NextKnown(StepId, Option<Arc<Step>>),
-    /// The planner has not answered; ask again at this time.
-    NextLost(StepId, Time),
-    /// The present step was flown, and the next one becomes the present one.
+    /// The present step was flown, and the next one becomes the present one, if there is one.
     Advanced,
-    /// The present step was flown or is void, and no next one is known.
+    /// The present step must not begin.
     Dropped,
     /// The present step has failed, for this reason and because of these denials.
     Failed(String, Vec<Denial>),
@@ -70,10 +50,8 @@ pub(crate) enum Event {
     Withdrawn(String),
     /// The step is given up, and the planner need not know why.
     GivenUp,
-    /// The planner knows of the denials.
-    DenialsHeard,
-    /// No step is left.
-    Finished,
+    /// The planner knows how the plan ended.
+    Heard,
 }
 
 impl Flight {
@@ -81,46 +59,33 @@ impl Flight {
     /// failures may cross.
     pub(crate) fn on(&mut self, event: Event) {
         use {Event as E, Flight as F};
+        let interrupted = |steps: &[Arc<Step>], at: usize, failed, denials| {
+            let rest: Vec<Step> = steps[at..].iter().map(|it| (**it).clone()).collect();
+            F::Interrupted { goal: steps[at].nominal.goal, rest, failed: Some(failed), denials }
+        };
         *self = match (std::mem::take(self), event) {
-            (flight, E::Adopted(plan)) => match begin(plan) {
-                Some(begun) => begun,
-                None => flight,
-            },
-            (F::Flying { step, number, count, next: Next::Unknown(_), withdrawn }, E::NextAsked) => {
-                F::Flying { step, number, count, next: Next::Asked, withdrawn }
+            (flight, E::Adopted(plan)) if plan.steps.is_empty() => flight,
+            (_, E::Adopted(plan)) => {
+                F::Flying { steps: plan.steps.into_iter().map(Arc::new).collect(), at: 0, withdrawn: None }
             }
-            (F::Flying { step, number, count, next: Next::Asked, withdrawn }, E::NextKnown(after, next))
-                if step.id == after =>
-            {
-                F::Flying { step, number, count, next: Next::Known(next), withdrawn }
-            }
-            (F::Flying { step, number, count, next: Next::Asked, withdrawn }, E::NextLost(after, again))
-                if step.id == after =>
-            {
-                F::Flying { step, number, count, next: Next::Unknown(again), withdrawn }
-            }
-            (F::Flying { number, count, next: Next::Known(Some(step)), .. }, E::Advanced) => {
-                F::Flying { step, number: number + 1, count, next: Next::Unknown(Time::ZERO), withdrawn: None }
+            (F::Flying { steps, at, withdrawn }, E::Advanced) if at + 1 < steps.len() => {
+                F::Flying { steps, at: at + 1, withdrawn }
             }
             (F::Flying { .. }, E::Advanced | E::Dropped) => F::Idle,
-            (F::Flying { step, .. }, E::Failed(reason, denials)) => {
-                let failed = Some(FailedStep { id: step.id, reason, interrupted: false });
-                F::Interrupted { goal: step.nominal.goal, failed, denials }
+            (F::Flying { steps, at, .. }, E::Failed(reason, denials)) => {
+                interrupted(&steps, at, Failure { reason, interrupted: false }, denials)
             }
-            (F::Flying { step, .. }, E::Interrupted(reason)) => {
-                let failed = Some(FailedStep { id: step.id, reason, interrupted: true });
-                F::Interrupted { goal: step.nominal.goal, failed, denials: Vec::new() }
+            (F::Flying { steps, at, .. }, E::Interrupted(reason)) => {
+                interrupted(&steps, at, Failure { reason, interrupted: true }, Vec::new())
             }
-            (F::Flying { step, number, count, next, .. }, E::Withdrawn(reason)) => {
-                F::Flying { step, number, count, next, withdrawn: Some(reason) }
+            (F::Flying { steps, at, .. }, E::Withdrawn(reason)) => F::Flying { steps, at, withdrawn: Some(reason) },
+            (F::Flying { steps, at, .. }, E::GivenUp) => {
+                let goal = steps[at].nominal.goal;
+                F::Interrupted { goal, rest: Vec::new(), failed: None, denials: Vec::new() }
             }
-            (F::Flying { step, .. }, E::GivenUp) => {
-                F::Interrupted { goal: step.nominal.goal, failed: None, denials: Vec::new() }
+            (F::Interrupted { goal, .. }, E::Heard) => {
+                F::Interrupted { goal, rest: Vec::new(), failed: None, denials: Vec::new() }
             }
-            (F::Interrupted { goal, failed, .. }, E::DenialsHeard) => {
-                F::Interrupted { goal, failed, denials: Vec::new() }
-            }
-            (F::Interrupted { goal, .. }, E::Finished) => F::Interrupted { goal, failed: None, denials: Vec::new() },
             (flight, _) => flight,
         };
     }
@@ -128,16 +93,25 @@ impl Flight {
     /// The step that is flown, its place in the plan, and the number of steps in the plan.
     pub(crate) fn step(&self) -> Option<(&Arc<Step>, u32, u32)> {
         match self {
-            Flight::Flying { step, number, count, .. } => Some((step, *number, *count)),
+            Flight::Flying { steps, at, .. } => Some((&steps[*at], *at as u32 + 1, steps.len() as u32)),
             Flight::Idle | Flight::Interrupted { .. } => None,
         }
     }
 
-    /// What is known about the next step; `None` if there is no present one.
-    pub(crate) fn next(&self) -> Option<&Next> {
+    /// The step after the present one.
+    pub(crate) fn next(&self) -> Option<&Arc<Step>> {
         match self {
-            Flight::Flying { next, .. } => Some(next),
+            Flight::Flying { steps, at, .. } => steps.get(at + 1),
             Flight::Idle | Flight::Interrupted { .. } => None,
+        }
+    }
+
+    /// The steps that were not flown, the present or interrupted one first.
+    pub(crate) fn rest(&self) -> Vec<Step> {
+        match self {
+            Flight::Flying { steps, at, .. } => steps[*at..].iter().map(|it| (**it).clone()).collect(),
+            Flight::Interrupted { rest, .. } => rest.clone(),
+            Flight::Idle => Vec::new(),
         }
     }
 
@@ -157,19 +131,13 @@ impl Flight {
         }
     }
 
-    /// What the planner must know about the step that was given up: its id, the reason and the denials.
-    pub(crate) fn failure(&self) -> (Option<&FailedStep>, &[Denial]) {
+    /// What the planner must know about the step that was given up: how it failed, and the denials.
+    pub(crate) fn failure(&self) -> (Option<&Failure>, &[Denial]) {
         match self {
             Flight::Interrupted { failed, denials, .. } => (failed.as_ref(), denials),
             Flight::Idle | Flight::Flying { .. } => (None, &[]),
         }
     }
-}
-
-fn begin(plan: Plan) -> Option<Flight> {
-    let count = plan.steps.len() as u32;
-    let step = Arc::new(plan.steps.into_iter().next()?);
-    Some(Flight::Flying { step, number: 1, count, next: Next::Unknown(Time::ZERO), withdrawn: None })
 }
 
 #[cfg(test)]

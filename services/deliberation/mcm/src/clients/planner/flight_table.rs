@@ -1,118 +1,41 @@
 //! Every state with every event.
 
 use domain::geometry::Ned;
-use domain::plan::{Condition, DenialKind, Parameters};
+use domain::plan::{Condition, DenialKind, Parameters, StepId};
 use domain::state::State;
-use std::time::Duration;
 
 use super::*;
 
 /// One row per state, one column per event, in the order of [`events`]. A cell is the next state; `=` where
 /// nothing changes.
-const TABLE: &[(&str, [&str; 12])] = &[
-    // adopted, asked, known, lost, advanced, dropped, failed, withdrawn, given up, denials heard, finished, interrupted
-    ("idle", ["7 1/1 ?", "=", "=", "=", "=", "=", "=", "=", "=", "=", "=", "="]),
+const TABLE: &[(&str, [&str; 8])] = &[
+    // adopted, advanced, dropped, failed, withdrawn, given up, heard, interrupted
+    ("idle", ["7 1/1", "=", "=", "=", "=", "=", "=", "="]),
+    ("2 2/3", ["7 1/1", "3 3/3", "idle", FAILED, "2 2/3 withdrawn", "given up", "=", "interrupted: why, rest 2 3"]),
+    ("3 3/3", ["7 1/1", "idle", "idle", LAST, "3 3/3 withdrawn", "given up", "=", "interrupted: why, rest 3"]),
     (
-        "1 2/3 ?",
-        [
-            "7 1/1 ?",
-            "1 2/3 asked",
-            "=",
-            "=",
-            "idle",
-            "idle",
-            "failed 1: why, A denied",
-            "1 2/3 ? withdrawn",
-            "given up",
-            "=",
-            "=",
-            "interrupted 1: why",
-        ],
+        "2 2/3 withdrawn",
+        ["7 1/1", "3 3/3 withdrawn", "idle", FAILED, "=", "given up", "=", "interrupted: why, rest 2 3"],
     ),
-    (
-        "1 2/3 asked",
-        [
-            "7 1/1 ?",
-            "=",
-            "1 2/3 then 2",
-            "1 2/3 ? from 5",
-            "idle",
-            "idle",
-            "failed 1: why, A denied",
-            "1 2/3 asked withdrawn",
-            "given up",
-            "=",
-            "=",
-            "interrupted 1: why",
-        ],
-    ),
-    (
-        "1 2/3 then 2",
-        [
-            "7 1/1 ?",
-            "=",
-            "=",
-            "=",
-            "2 3/3 ?",
-            "idle",
-            "failed 1: why, A denied",
-            "1 2/3 then 2 withdrawn",
-            "given up",
-            "=",
-            "=",
-            "interrupted 1: why",
-        ],
-    ),
-    (
-        "1 2/3 last",
-        [
-            "7 1/1 ?",
-            "=",
-            "=",
-            "=",
-            "idle",
-            "idle",
-            "failed 1: why, A denied",
-            "1 2/3 last withdrawn",
-            "given up",
-            "=",
-            "=",
-            "interrupted 1: why",
-        ],
-    ),
-    (
-        "1 2/3 ? withdrawn",
-        [
-            "7 1/1 ?",
-            "1 2/3 asked withdrawn",
-            "=",
-            "=",
-            "idle",
-            "idle",
-            "failed 1: why, A denied",
-            "=",
-            "given up",
-            "=",
-            "=",
-            "interrupted 1: why",
-        ],
-    ),
-    ("failed 1: why, A denied", ["7 1/1 ?", "=", "=", "=", "=", "=", "=", "=", "=", "failed 1: why", "given up", "="]),
-    ("failed 1: why", ["7 1/1 ?", "=", "=", "=", "=", "=", "=", "=", "=", "=", "given up", "="]),
-    ("given up", ["7 1/1 ?", "=", "=", "=", "=", "=", "=", "=", "=", "=", "=", "="]),
+    (FAILED, ["7 1/1", "=", "=", "=", "=", "=", "given up", "="]),
+    ("given up", ["7 1/1", "=", "=", "=", "=", "=", "=", "="]),
 ];
+
+const FAILED: &str = "failed: why, A denied, rest 2 3";
+const LAST: &str = "failed: why, A denied, rest 3";
 
 fn step(id: u64) -> Step {
     let nominal = Parameters { goal: Goal::Land, precondition: Condition::default(), invariant: Condition::default() };
-    let reaches = State::new(Ned::default(), false);
     Step {
         id: StepId(id),
         objective: 0,
-        reaches,
+        from: Ned::default(),
+        reaches: State::new(Ned::default(), false),
         nominal,
         ask: Vec::new(),
         ask_ahead: Vec::new(),
         auxiliary: false,
+        passed: 0,
         text: String::new(),
     }
 }
@@ -121,38 +44,32 @@ fn denial() -> Denial {
     Denial { area: "A".into(), kind: DenialKind::Refused, reason: "closed".into() }
 }
 
-fn flying(next: Next, withdrawn: Option<&str>) -> Flight {
-    Flight::Flying { step: Arc::new(step(1)), number: 2, count: 3, next, withdrawn: withdrawn.map(str::to_owned) }
+fn flying(at: usize, withdrawn: Option<&str>) -> Flight {
+    let steps = [1, 2, 3].into_iter().map(|id| Arc::new(step(id))).collect();
+    Flight::Flying { steps, at, withdrawn: withdrawn.map(str::to_owned) }
 }
 
-fn states() -> [Flight; 9] {
-    let failed = Some(FailedStep { id: StepId(1), reason: "why".into(), interrupted: false });
+fn states() -> [Flight; 6] {
+    let failed = Some(Failure { reason: "why".into(), interrupted: false });
     [
         Flight::Idle,
-        flying(Next::Unknown(Time::ZERO), None),
-        flying(Next::Asked, None),
-        flying(Next::Known(Some(Arc::new(step(2)))), None),
-        flying(Next::Known(None), None),
-        flying(Next::Unknown(Time::ZERO), Some("changed")),
-        Flight::Interrupted { goal: Goal::Land, failed: failed.clone(), denials: vec![denial()] },
-        Flight::Interrupted { goal: Goal::Land, failed, denials: Vec::new() },
-        Flight::Interrupted { goal: Goal::Land, failed: None, denials: Vec::new() },
+        flying(1, None),
+        flying(2, None),
+        flying(1, Some("changed")),
+        Flight::Interrupted { goal: Goal::Land, rest: vec![step(2), step(3)], failed, denials: vec![denial()] },
+        Flight::Interrupted { goal: Goal::Land, rest: Vec::new(), failed: None, denials: Vec::new() },
     ]
 }
 
-fn events() -> [Event; 12] {
+fn events() -> [Event; 8] {
     [
-        Event::Adopted(Plan { objective: 0, steps: vec![step(7)], revision: 1, epoch: 0 }),
-        Event::NextAsked,
-        Event::NextKnown(StepId(1), Some(Arc::new(step(2)))),
-        Event::NextLost(StepId(1), Time::after(Duration::from_secs(5))),
+        Event::Adopted(Plan { objective: 0, steps: vec![step(7)], revision: 1 }),
         Event::Advanced,
         Event::Dropped,
         Event::Failed("why".into(), vec![denial()]),
         Event::Withdrawn("changed".into()),
         Event::GivenUp,
-        Event::DenialsHeard,
-        Event::Finished,
+        Event::Heard,
         Event::Interrupted("why".into()),
     ]
 }
@@ -160,21 +77,15 @@ fn events() -> [Event; 12] {
 fn name(flight: &Flight) -> String {
     match flight {
         Flight::Idle => "idle".into(),
-        Flight::Flying { step, number, count, next, withdrawn } => {
-            let next = match next {
-                Next::Unknown(Time::ZERO) => "?".into(),
-                Next::Unknown(at) => format!("? from {}", at.as_secs_f64()),
-                Next::Asked => "asked".into(),
-                Next::Known(Some(next)) => format!("then {}", next.id),
-                Next::Known(None) => "last".into(),
-            };
+        Flight::Flying { steps, at, withdrawn } => {
             let withdrawn = if withdrawn.is_some() { " withdrawn" } else { "" };
-            format!("{} {number}/{count} {next}{withdrawn}", step.id)
+            format!("{} {}/{}{withdrawn}", steps[*at].id, at + 1, steps.len())
         }
-        Flight::Interrupted { failed: Some(FailedStep { id, reason, interrupted }), denials, .. } => {
+        Flight::Interrupted { failed: Some(Failure { reason, interrupted }), denials, rest, .. } => {
             let denied: String = denials.iter().map(|it| format!(", {} denied", it.area)).collect();
             let word = if *interrupted { "interrupted" } else { "failed" };
-            format!("{word} {id}: {reason}{denied}")
+            let rest: String = rest.iter().map(|it| format!(" {}", it.id)).collect();
+            format!("{word}: {reason}{denied}, rest{rest}")
         }
         Flight::Interrupted { failed: None, .. } => "given up".into(),
     }
@@ -190,14 +101,5 @@ fn every_state_answers_every_event_as_the_table_says() {
             let found = if after == state { "=".to_owned() } else { name(&after) };
             assert_eq!(found, *expected, "{event:?} in {row}");
         }
-    }
-}
-
-#[test]
-fn news_of_another_step_change_nothing() {
-    for event in [Event::NextKnown(StepId(9), None), Event::NextLost(StepId(9), Time::ZERO)] {
-        let mut flight = flying(Next::Asked, None);
-        flight.on(event);
-        assert_eq!(flight, flying(Next::Asked, None));
     }
 }

@@ -1,5 +1,4 @@
-//! The planner as the manager sees it: the step that is flown, the plan that is asked for, and the reports that the
-//! planner has not acknowledged.
+//! The mission that is flown, its plan, and the plan that is asked for. The planner answers questions about it and remembers nothing.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,33 +6,31 @@ use std::time::Duration;
 use domain::airspace::Grants;
 use domain::area::Area;
 use domain::decision::DecisionKind;
-use domain::plan::{Denial, Plan, PlanReply, PlannerStatus, Step, StepDone, StepId};
+use domain::geodesy::Origin;
+use domain::mission::{Mission, MissionAreas};
+use domain::plan::{Answered, Course, Denial, FlownStep, MissionStatus, Plan, PlanReply, Step, StepId};
 use domain::skill::Goal;
 use domain::state::State;
-use domain::time::Time;
+use domain::time::{Now, Time};
 use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::Request;
-use kittiwake_proto::v1;
 use node::CallError;
 
 use crate::config::PlanApproval;
 use crate::outbox::{Outbox, Purpose};
 
-mod areas;
 mod flight;
+mod mission;
 #[cfg(test)]
 mod model;
 mod pauses;
 mod plan_request;
-mod step_reports;
 
-pub(crate) use areas::KnownAreas;
-pub(crate) use flight::Next;
 use flight::{Event as FlightEvent, Flight};
+pub(crate) use mission::FlownMission;
 use pauses::Pauses;
 use plan_request::Event as RequestEvent;
 pub(crate) use plan_request::{Basis, Holding, PlanRequest, Question};
-use step_reports::{Event as ReportEvent, StepReports};
 
 /// In words: no objective is left, and the mission ends.
 pub(crate) const ALL_SETTLED: &str = "every objective is settled";
@@ -47,6 +44,9 @@ pub(crate) enum NoAnswer {
     /// The reply made no sense.
     #[error("gave an invalid answer: {0}")]
     Invalid(#[from] InvalidMessage),
+    /// The reply contradicts itself.
+    #[error("answered that {0}")]
+    Contradicts(String),
     /// The planner refused the request as invalid.
     #[error("refused the request: {0}")]
     Refused(String),
@@ -59,20 +59,33 @@ pub(crate) struct ApprovalPolicy {
     pub(crate) limit: Duration,
 }
 
-/// The planner's client.
+/// What tells the mission and its plan from those of before.
+pub(crate) type News = (u64, usize, Option<StepId>, bool);
+
+/// From where and when something is asked.
+#[derive(Debug, Clone)]
+pub(crate) struct Viewpoint {
+    /// By the mission's clock.
+    pub(crate) at: Now,
+    pub(crate) state: State,
+    /// Of the vehicle's local frame.
+    pub(crate) origin: Option<Origin>,
+}
+
+/// The mission and the planner's client.
 #[derive(Debug)]
 pub(crate) struct Planner {
     /// Makes request ids unique among starts of this process.
     instance: u64,
     last_request: u64,
+    mission: FlownMission,
     flight: Flight,
     request: PlanRequest,
-    reports: StepReports,
     pauses: Pauses,
-    status: Option<PlannerStatus>,
-    areas: KnownAreas,
-    /// The epoch of the plan that was adopted last.
-    epoch: u64,
+    /// Why nothing is flown, as the planner has answered last.
+    hold: String,
+    /// Where the vehicle's local frame had its origin when a plan was asked for last.
+    planned_from: Option<Origin>,
     /// The objective of the last plan.
     planned_for: Option<u32>,
 }
@@ -82,13 +95,12 @@ impl Planner {
         Planner {
             instance,
             last_request: 0,
+            mission: FlownMission::default(),
             flight: Flight::default(),
             request: PlanRequest::default(),
-            reports: StepReports::default(),
             pauses: Pauses::default(),
-            status: None,
-            areas: KnownAreas::default(),
-            epoch: 0,
+            hold: String::new(),
+            planned_from: None,
             planned_for: None,
         }
     }
@@ -108,19 +120,24 @@ impl Planner {
         self.flight.step()
     }
 
-    /// The place in the order of the objective that a plan was adopted for last, and the epoch of that plan.
-    pub(crate) fn planned_for(&self) -> (Option<u32>, u64) {
-        (self.planned_for, self.epoch)
+    /// The place in the order of the objective that a plan was adopted for last.
+    pub(crate) fn planned_for(&self) -> Option<u32> {
+        self.planned_for
     }
 
     /// Continues the same mission after a restart.
-    pub(crate) fn restore_planned_for(&mut self, objective: Option<u32>, epoch: u64) {
-        (self.planned_for, self.epoch) = (objective, epoch);
+    pub(crate) fn restore_planned_for(&mut self, objective: Option<u32>) {
+        self.planned_for = objective;
     }
 
-    /// What is known about the step after the present one.
-    pub(crate) fn next(&self) -> Option<&Next> {
+    /// The step after the present one.
+    pub(crate) fn next(&self) -> Option<&Arc<Step>> {
         self.flight.next()
+    }
+
+    /// Whether a step after the present one releases the load.
+    pub(crate) fn is_release_ahead(&self) -> bool {
+        self.flight.rest().iter().skip(1).any(Step::releases)
     }
 
     /// The goal of the step that was given up.
@@ -138,30 +155,57 @@ impl Planner {
         &self.request
     }
 
-    /// The planner's newest status.
-    pub(crate) fn status(&self) -> Option<&PlannerStatus> {
-        self.status.as_ref()
+    /// The mission that is flown.
+    pub(crate) fn mission(&self) -> &FlownMission {
+        &self.mission
     }
 
-    /// The heights that the mission itself names, of its objectives and sites; none before the planner was heard.
+    /// The same, to be changed.
+    pub(crate) fn mission_mut(&mut self) -> &mut FlownMission {
+        &mut self.mission
+    }
+
+    /// Flies `mission`, nothing of which has been attempted.
+    pub(crate) fn begin_mission(&mut self, mission: &Mission) {
+        self.mission = FlownMission::beginning(mission);
+    }
+
+    /// Its objectives and what became of them.
+    pub(crate) fn status(&self) -> &MissionStatus {
+        self.mission.status()
+    }
+
+    /// The heights that the mission itself names, of its objectives and sites.
     pub(crate) fn named_heights_m(&self) -> impl Iterator<Item = f64> {
-        let objectives = self.status.iter().flat_map(|it| &it.objectives).map(|it| it.objective.position.height_m());
-        objectives.chain(self.status.iter().flat_map(|it| &it.sites).map(|it| it.position.height_m()))
+        let objectives = self.status().objectives.iter().map(|it| it.objective.position.height_m());
+        objectives.chain(self.status().sites.iter().map(|it| it.position.height_m()))
     }
 
-    /// Every area of the mission, as far as they are known.
+    /// Every area of the mission.
     pub(crate) fn areas(&self) -> &Arc<[Area]> {
-        self.areas.all()
+        self.mission.areas().areas()
     }
 
-    /// What is known of the areas.
-    pub(crate) fn known_areas(&self) -> &KnownAreas {
-        &self.areas
+    /// As it is published.
+    pub(crate) fn told(&self) -> MissionStatus {
+        let hold = if matches!(self.request, PlanRequest::Hold(..)) { self.hold.clone() } else { String::new() };
+        self.mission.told(self.flight.rest(), hold)
     }
 
-    /// The same, to be told of what was known before a restart.
-    pub(crate) fn known_areas_mut(&mut self) -> &mut KnownAreas {
-        &mut self.areas
+    /// Changes whenever [`Planner::told`] changes.
+    pub(crate) fn news(&self) -> News {
+        let step = self.flight.step().map(|(step, ..)| step.id);
+        (self.mission.version(), self.mission.flown(), step, matches!(self.request, PlanRequest::Hold(..)))
+    }
+
+    /// What an answer about the mission depends on, and whether its areas are in it.
+    pub(crate) fn basis_from(&mut self, viewpoint: Viewpoint) -> (domain::plan::Basis, bool) {
+        self.mission.basis(viewpoint.at, viewpoint.state, viewpoint.origin, self.flight.rest())
+    }
+
+    /// Where the vehicle's local frame had its origin when a plan was asked for last.
+    pub(crate) fn planned_from(&self) -> Option<Origin> {
+        self.planned_from
     }
 
     /// When a plan may be asked for, after steps that failed.
@@ -169,51 +213,44 @@ impl Planner {
         self.pauses.until()
     }
 
-    /// Asks for a plan, unless a flown step is still to be reported: the planner would plan that step again. A question that was not
-    /// answered by its deadline is repeated under its id while nothing has changed and the vehicle is no farther away than
-    /// `moved_m`: the planner, which may still be planning, then answers both with the same plan.
+    /// Asks for a plan. A question that was not answered by its deadline is repeated under its id while nothing has changed and the
+    /// vehicle is no farther away than `moved_m`: the planner, which may still be planning, then answers both with the same plan.
     pub(crate) fn ask_for_plan(
         &mut self,
-        (state, basis): (State, Basis),
-        grants: Grants,
-        accepted_loss: u64,
+        viewpoint: Viewpoint,
+        (basis, grants): (Basis, Grants),
         moved_m: f64,
         timeout: Duration,
         outbox: &mut Outbox,
-    ) -> bool {
-        if !self.reports.is_empty() {
-            return false;
-        }
+    ) {
         let (failed, denials) = self.flight.failure();
+        let (failed, denials) = (failed.cloned(), denials.to_vec());
+        let (state, origin) = (viewpoint.state.clone(), viewpoint.origin);
+        let (asked, sends_areas) = self.basis_from(viewpoint);
         let new = Question {
             id: format!("mcm-{:x}-r{}", self.instance, self.last_request + 1),
-            state: state.clone(),
+            state,
             basis,
-            failed: failed.cloned(),
-            denials: denials.to_vec(),
-            accepted_loss,
-            epoch: self.newest_epoch(),
+            failed: failed.clone(),
+            denials: denials.clone(),
+            version: self.mission.version(),
+            flown: self.mission.flown(),
+            sends_areas,
             is_repeated: false,
         };
         let repeated = self.request.unanswered().filter(|before| before.is_about_the_same(&new, moved_m));
         let question = match repeated {
-            Some(before) => Question { is_repeated: true, ..before.clone() },
+            Some(before) => Question { is_repeated: true, sends_areas, ..before.clone() },
             None => {
                 self.last_request += 1;
                 new
             }
         };
-        let request = domain::plan::PlanRequest {
-            request_id: question.id.clone(),
-            state,
-            grants,
-            failed: question.failed.clone(),
-            denials: question.denials.clone(),
-            accepted_loss,
-        };
+        let request_id = question.id.clone();
+        let request = domain::plan::PlanRequest { request_id, basis: asked, grants, failed, denials };
         outbox.call(Purpose::Replan(question.id.clone()), Request::Replan(request.into()), timeout);
+        self.planned_from = origin;
         self.request.on(RequestEvent::Sent(question));
-        true
     }
 
     /// No plan is wanted any more. One that was just adopted was made for a state that has changed.
@@ -229,16 +266,16 @@ impl Planner {
         self.request.on(RequestEvent::Reset);
     }
 
-    /// The present step was flown: the next one, if it is known, becomes the present one; returns whether there is one.
+    /// The present step was flown: the next one becomes the present one; returns whether there is one.
     pub(crate) fn advance(&mut self) -> bool {
         self.flight.on(FlightEvent::Advanced);
         self.flight.step().is_some()
     }
 
-    /// The present step was flown; it is reported to the planner until the planner acknowledges it.
-    pub(crate) fn flown(&mut self, now: Time, id: StepId, state: State, first_pause: Duration) {
+    /// The present step was flown; the next question tells the planner.
+    pub(crate) fn flown(&mut self, now: Time, flown: FlownStep, first_pause: Duration) {
         self.pauses.end(now, first_pause);
-        self.reports.on(ReportEvent::Flown(StepDone { id, state }));
+        self.mission.note_flown(flown);
     }
 
     /// The present step failed by itself.
@@ -253,11 +290,6 @@ impl Planner {
             true => FlightEvent::Failed(reason, Vec::new()),
             false => FlightEvent::Interrupted(reason),
         });
-    }
-
-    /// The present step must not begin, or was flown and no next step is known.
-    pub(crate) fn drop_step(&mut self) {
-        self.flight.on(FlightEvent::Dropped);
     }
 
     /// The present step is given up: the next plan is made for its objective instead.
@@ -282,15 +314,9 @@ impl Planner {
 
     /// Flies `plan`.
     pub(crate) fn adopt(&mut self, plan: Plan) {
-        self.epoch = plan.epoch;
         self.planned_for = Some(plan.objective);
         self.flight.on(FlightEvent::Adopted(plan));
         self.request.on(RequestEvent::Adopted);
-    }
-
-    /// The planner's status does not tell what it has answered: that no objective is left.
-    pub(crate) fn discard_finish(&mut self) {
-        self.request.on(RequestEvent::Void);
     }
 
     /// The proposed plan is not flown.
@@ -304,7 +330,7 @@ impl Planner {
         &mut self,
         now: Time,
         request_id: &str,
-        reply: Result<PlanReply, NoAnswer>,
+        reply: Result<Answered, NoAnswer>,
         patience: Duration,
         (basis, holds): (Basis, impl FnOnce(&Question) -> bool),
         approval: ApprovalPolicy,
@@ -320,38 +346,73 @@ impl Planner {
                 is_first.then(|| (DecisionKind::PlanLate, words.to_owned()))
             }
             Err(no_answer) => Some(self.no_plan(now, no_answer, patience)),
+            Ok(Answered { reply: PlanReply::Refused(reason), .. }) => {
+                Some(self.no_plan(now, NoAnswer::Refused(reason), patience))
+            }
+            Ok(Answered { course: None, .. }) if question.sends_areas => {
+                Some(self.no_plan(now, NoAnswer::Refused("it does not take the areas".into()), patience))
+            }
+            Ok(Answered { course: None, .. }) => {
+                // It was started again.
+                self.mission.areas_are_unknown();
+                self.request.on(RequestEvent::Void);
+                None
+            }
+            Ok(_) if question.version != self.mission.version() => {
+                self.request.on(RequestEvent::Void);
+                let words = "the planner's answer was made before the mission was changed; asking again";
+                Some((DecisionKind::PlanRejected, words.to_owned()))
+            }
             Ok(_) if is_outdated => {
                 self.request.on(RequestEvent::Void);
                 let words = "the planner's answer came late, and is for a state that has changed; asking again";
                 Some((DecisionKind::PlanLate, words.to_owned()))
             }
-            Ok(PlanReply::Refused(reason)) => Some(self.no_plan(now, NoAnswer::Refused(reason), patience)),
-            Ok(PlanReply::Plan(plan)) if plan.epoch < self.newest_epoch() => {
-                self.request.on(RequestEvent::Void);
-                let words = format!("plan {} was made before the mission was changed; asking again", plan.revision);
-                Some((DecisionKind::PlanRejected, words))
+            Ok(Answered { reply: PlanReply::Finished, course: Some(course) }) if !course.mission.is_settled() => {
+                let words = "every objective is settled, by whose state it is not".to_owned();
+                Some(self.no_plan(now, NoAnswer::Contradicts(words), patience))
             }
-            Ok(PlanReply::Plan(plan)) => {
+            Ok(Answered { reply, course: Some(course) }) => {
+                let flown = question.flown;
+                Some(self.go_on(now, reply, course, flown, basis, approval))
+            }
+        }
+    }
+
+    /// The mission goes on as the planner has answered.
+    fn go_on(
+        &mut self,
+        now: Time,
+        reply: PlanReply,
+        course: Course,
+        flown: usize,
+        basis: Basis,
+        approval: ApprovalPolicy,
+    ) -> (DecisionKind, String) {
+        self.mission.go_on(course, flown);
+        self.flight.on(FlightEvent::Heard);
+        self.pauses.answered();
+        match reply {
+            PlanReply::Plan(plan) => {
                 let steps = plan.steps.iter().map(|step| step.text.as_str()).collect::<Vec<_>>().join("; ");
                 let words = format!("plan {}: {steps}", plan.revision);
-                self.pauses.answered();
                 if self.needs_approval(&plan, approval.plans) {
                     self.request.on(RequestEvent::Proposed(Box::new(plan), now + approval.limit));
-                    return Some((DecisionKind::PlanProposed, format!("{words}; waits for approval")));
+                    return (DecisionKind::PlanProposed, format!("{words}; waits for approval"));
                 }
                 self.adopt(plan);
-                Some((DecisionKind::PlanAdopted, words))
+                (DecisionKind::PlanAdopted, words)
             }
-            Ok(PlanReply::Hold { wait, reason, planned }) => {
+            PlanReply::Hold { wait, reason, planned } => {
                 let holding = if planned { Holding::ByTheMission } else { Holding::ForAWay };
                 self.request.on(RequestEvent::Hold(now + wait, basis, holding));
-                self.flight.on(FlightEvent::DenialsHeard);
-                Some((DecisionKind::PlanHold, format!("hold for {:.0} s: {reason}", wait.as_secs_f64())))
+                let words = format!("hold for {:.0} s: {reason}", wait.as_secs_f64());
+                self.hold = reason;
+                (DecisionKind::PlanHold, words)
             }
-            Ok(PlanReply::Finished) => {
-                self.request.on(RequestEvent::Finished(now + patience));
-                self.flight.on(FlightEvent::Finished);
-                Some((DecisionKind::PlanFinished, ALL_SETTLED.into()))
+            PlanReply::Finished | PlanReply::Refused(_) | PlanReply::AreasUnknown => {
+                self.request.on(RequestEvent::Finished);
+                (DecisionKind::PlanFinished, ALL_SETTLED.into())
             }
         }
     }
@@ -360,7 +421,7 @@ impl Planner {
         let (kind, wait) = match no_answer {
             NoAnswer::Call(_) => (DecisionKind::PlanLate, patience),
             // The same request gets the same answer: ask with growing pauses.
-            NoAnswer::Invalid(_) | NoAnswer::Refused(_) => {
+            NoAnswer::Invalid(_) | NoAnswer::Refused(_) | NoAnswer::Contradicts(_) => {
                 (DecisionKind::PlanRejected, self.pauses.unusable_answer(patience))
             }
         };
@@ -373,101 +434,26 @@ impl Planner {
         plans == PlanApproval::EachPlan || (plans == PlanApproval::EachReplanning && !is_first)
     }
 
-    /// The answer to the question for the step after step `after`.
-    pub(crate) fn on_next(
-        &mut self,
-        now: Time,
-        after: StepId,
-        reply: Result<Option<Step>, NoAnswer>,
-        patience: Duration,
-    ) -> Option<NoAnswer> {
-        match reply {
-            Ok(step) => {
-                self.flight.on(FlightEvent::NextKnown(after, step.map(Arc::new)));
-                None
-            }
-            Err(no_answer) => {
-                self.flight.on(FlightEvent::NextLost(after, now + patience));
-                Some(no_answer)
-            }
-        }
-    }
-
-    /// The answer to the report that step `id` was flown, or its failure.
-    pub(crate) fn on_report(&mut self, now: Time, id: StepId, answered: bool, patience: Duration) {
-        self.reports.on(if answered { ReportEvent::Answered(id) } else { ReportEvent::Lost(now + patience) });
-    }
-
-    /// Takes in the planner's status. One that `has_lost` what it knew may lack areas of the mission that is flown.
-    pub(crate) fn on_status(&mut self, status: PlannerStatus, has_lost: bool) {
-        self.areas.hear(&status.areas, has_lost);
-        let counted = self.status.as_ref().map_or(self.epoch, |it| it.epoch);
-        if status.epoch < counted {
-            // The planner has lost its memory, so it does not know the plan that waits for approval either.
-            self.epoch = self.epoch.min(status.epoch);
-            if self.request.proposal().is_some() {
-                self.request.on(RequestEvent::Withdrawn);
-            }
-        }
-        if self.newest_epoch() < status.epoch && self.epoch < status.epoch {
+    /// An operator has changed the mission: it goes on so, which takes in this many of the flown steps, with other areas if there are any.
+    /// Whether what the plan is for was changed.
+    pub(crate) fn on_change(&mut self, course: Course, areas: Option<MissionAreas>, flown: usize, voids_plan: bool) {
+        self.mission.go_on(course, flown);
+        areas.into_iter().for_each(|it| self.mission.replace_areas(it));
+        if voids_plan {
+            self.mission.forget_flown();
+            self.flight.on(FlightEvent::Heard);
             let was_wait = self.withdraw_step_or_wait("the mission was changed".to_owned());
             // The wait belonged to the mission of before, so the next plan counts as a first one.
             self.planned_for = self.planned_for.filter(|_| !was_wait);
         }
-        self.status = Some(status);
-    }
-
-    /// Takes the areas that the planner told last, since an operator has accepted its loss.
-    pub(crate) fn believe_areas(&mut self) {
-        if let Some(status) = &self.status {
-            self.areas.hear(&status.areas, false);
-        }
-    }
-
-    /// Whether the planner was heard and has never made a plan.
-    pub(crate) fn has_made_no_plan(&self) -> bool {
-        self.status.as_ref().is_some_and(|it| it.revision == 0)
-    }
-
-    /// Whether by the planner's status every objective has reached its final state.
-    pub(crate) fn all_settled(&self) -> bool {
-        self.status.as_ref().is_some_and(|it| it.current_objective as usize == it.objectives.len())
-    }
-
-    /// Reports the first flown step that the planner has not acknowledged, and fetches the next step before the present
-    /// one ends.
-    pub(crate) fn tend(&mut self, now: Time, timeout: Duration, outbox: &mut Outbox) {
-        if let Some((done, _)) = self.reports.due().filter(|(_, at)| *at <= now) {
-            outbox.call(Purpose::StepDone(done.id), Request::StepDone(done.clone().into()), timeout);
-            self.reports.on(ReportEvent::Sent);
-        }
-        if let (Some((step, ..)), Some(Next::Unknown(at))) = (self.flight.step(), self.flight.next())
-            && *at <= now
-        {
-            let request = v1::NextStepRequest { after_step_id: step.id.0 };
-            outbox.call(Purpose::NextStep(step.id), Request::NextStep(request), timeout);
-            self.flight.on(FlightEvent::NextAsked);
-        }
-    }
-
-    /// When [`Planner::tend`] has something to do.
-    pub(crate) fn deadline(&self, now: Time) -> Option<Time> {
-        let report = self.reports.due().map(|(_, at)| at);
-        let next = self.flight.next().and_then(|it| if let Next::Unknown(at) = it { Some(*at) } else { None });
-        report.into_iter().chain(next).filter(|at| now < *at).min()
     }
 
     /// The flight is over: nothing of its plan counts for the next one.
     pub(crate) fn forget_flight(&mut self) {
         self.flight = Flight::default();
         self.request = PlanRequest::default();
-        self.reports = StepReports::default();
         self.pauses = Pauses::default();
         self.planned_for = None;
-    }
-
-    /// Counts the changes of the mission, as the planner has said last; zero before it was heard.
-    pub(crate) fn newest_epoch(&self) -> u64 {
-        self.status.as_ref().map_or(0, |it| it.epoch)
+        self.mission.forget_flown();
     }
 }

@@ -1,12 +1,13 @@
 //! The planner's client against a planner whose answers are late, lost, repeated, out of order, or for a mission that has changed.
 //!
-//! Whatever happens: what is flown is a step of the plan that was adopted last, and was not flown before; no plan is adopted that was
-//! made before the mission was changed; every flown step is reported until the planner has acknowledged it, and no plan is asked for
-//! before; every question repeats the denials that no answer has followed yet; an answer that nobody waits for changes nothing.
+//! Whatever happens: what is flown is a step of the plan that was adopted last, and was not flown before; no answer counts that was
+//! made before the mission was changed; every flown step is reported until an answer has taken it in; every question repeats the denials that
+//! no answer has followed yet; an answer that nobody waits for changes nothing.
 
 use std::collections::BTreeSet;
 
 use domain::geometry::Ned;
+use domain::mission::{Objective, ObjectiveStatus, Progress};
 use domain::plan::{Condition, DenialKind, Parameters};
 use proptest::prelude::*;
 use proptest_state_machine::{ReferenceStateMachine, StateMachineTest, prop_state_machine};
@@ -21,14 +22,11 @@ enum Transition {
     Pass,
     Ask { held: bool },
     Answer { question: usize, answer: Answer, holds: bool },
-    Next { after: usize, next: Option<bool> },
-    Acknowledge { step: usize, is_heard: bool },
-    ChangeMission,
+    ChangeMission { voids_plan: bool },
     Fly,
     Fail { is_denied: bool },
     Interrupt { is_failure: bool },
     GiveUp,
-    Drop,
     Begin,
     Stop,
     Approve,
@@ -37,10 +35,11 @@ enum Transition {
 
 #[derive(Debug, Clone)]
 enum Answer {
-    Plan { steps: u64, is_old: bool },
+    Plan { steps: u64 },
     Hold,
     Finished,
     Refused,
+    AreasUnknown,
     Unanswered,
     Gone,
 }
@@ -59,7 +58,8 @@ impl ReferenceStateMachine for Anything {
     fn transitions((): &()) -> BoxedStrategy<Transition> {
         use Transition as T;
         let answer = prop_oneof![
-            6 => (1..4_u64, prop::bool::weighted(0.2)).prop_map(|(steps, is_old)| Answer::Plan { steps, is_old }),
+            6 => (1..4_u64).prop_map(|steps| Answer::Plan { steps }),
+            1 => Just(Answer::AreasUnknown),
             1 => Just(Answer::Hold),
             1 => Just(Answer::Finished),
             1 => Just(Answer::Refused),
@@ -71,14 +71,11 @@ impl ReferenceStateMachine for Anything {
             6 => any::<bool>().prop_map(|held| T::Ask { held }),
             6 => (0..3_usize, answer, prop::bool::weighted(0.8))
                 .prop_map(|(question, answer, holds)| T::Answer { question, answer, holds }),
-            4 => (0..3_usize, prop::option::of(any::<bool>())).prop_map(|(after, next)| T::Next { after, next }),
-            4 => (0..3_usize, prop::bool::weighted(0.7)).prop_map(|(step, is_heard)| T::Acknowledge { step, is_heard }),
-            1 => Just(T::ChangeMission),
+            1 => any::<bool>().prop_map(|voids_plan| T::ChangeMission { voids_plan }),
             4 => Just(T::Fly),
             2 => any::<bool>().prop_map(|is_denied| T::Fail { is_denied }),
             1 => any::<bool>().prop_map(|is_failure| T::Interrupt { is_failure }),
             1 => Just(T::GiveUp),
-            1 => Just(T::Drop),
             3 => Just(T::Begin),
             1 => Just(T::Stop),
             2 => Just(T::Approve),
@@ -96,15 +93,16 @@ struct Client {
     outbox: Outbox,
     now: Time,
     approval: PlanApproval,
-    questions: Vec<String>,
+    /// Each with the version of the mission that it was asked about.
+    questions: Vec<(String, u64)>,
     /// Every step that the planner has made, in order.
     steps: Vec<StepId>,
     /// Those of the plan that was adopted last.
     adopted: BTreeSet<StepId>,
     flown: BTreeSet<StepId>,
-    unacknowledged: Vec<StepId>,
+    /// Those that no answer has taken in.
+    untold_steps: usize,
     untold: Vec<Denial>,
-    epoch: u64,
     plans: u64,
 }
 
@@ -117,6 +115,8 @@ impl Client {
         Step {
             id,
             objective: 0,
+            from: Ned::default(),
+            passed: 0,
             reaches: state(),
             nominal,
             ask: Vec::new(),
@@ -137,30 +137,35 @@ impl Client {
             return;
         }
         let basis = Basis { revision: 0, held: held.then(|| "A".to_owned()).into_iter().collect() };
-        let is_asked = self.planner.ask_for_plan((state(), basis), Grants::new(), 0, 1.5, SECOND, &mut self.outbox);
-        assert_eq!(is_asked, self.unacknowledged.is_empty(), "a plan is asked for once every step is reported");
+        let viewpoint = Viewpoint { at: Now { time: self.now, utc_ms: 0 }, state: state(), origin: None };
+        self.planner.ask_for_plan(viewpoint, (basis, Grants::new()), 1.5, SECOND, &mut self.outbox);
         if let PlanRequest::Asked(question) = self.planner.request() {
             assert_eq!(question.denials, self.untold, "every denial is told");
-            self.questions.push(question.id.clone());
+            assert_eq!(question.flown, self.untold_steps, "every flown step is reported");
+            self.questions.push((question.id.clone(), question.version));
         }
     }
 
     fn answer(&mut self, question: usize, answer: &Answer, holds: bool) {
-        let Some(id) = self.questions.iter().rev().nth(question).cloned() else { return };
+        let Some((id, asked_about)) = self.questions.iter().rev().nth(question).cloned() else { return };
         let reply = match *answer {
-            Answer::Plan { steps, is_old } => {
+            Answer::Plan { steps } => {
                 self.plans += 1;
-                let epoch = if is_old { self.epoch.saturating_sub(1) } else { self.epoch };
                 let steps = (0..steps).map(|_| self.make_step()).collect();
-                Ok(PlanReply::Plan(Plan { objective: 0, steps, revision: self.plans, epoch }))
+                Ok(PlanReply::Plan(Plan { objective: 0, steps, revision: self.plans }))
             }
             Answer::Hold => Ok(PlanReply::Hold { wait: SECOND, reason: String::new(), planned: false }),
             Answer::Finished => Ok(PlanReply::Finished),
             Answer::Refused => Ok(PlanReply::Refused(String::new())),
+            Answer::AreasUnknown => Ok(PlanReply::AreasUnknown),
             Answer::Unanswered => Err(NoAnswer::Call(CallError::Unanswered)),
             Answer::Gone => Err(NoAnswer::Call(CallError::Unavailable)),
         };
+        let has_course = !matches!(answer, Answer::Refused | Answer::AreasUnknown);
+        let is_settled = matches!(answer, Answer::Finished);
+        let reply = reply.map(|reply| Answered { reply, course: has_course.then(|| course(is_settled)) });
         let is_awaited = self.planner.request().awaits(&id).is_some();
+        let version = self.planner.mission().version();
         let before = format!("{:?}", self.planner);
         let basis = Basis { revision: 0, held: Vec::new() };
         let policy = ApprovalPolicy { plans: self.approval, limit: SECOND };
@@ -171,8 +176,10 @@ impl Client {
                 "an answer that nobody awaits changes nothing"
             );
         }
-        if matches!(self.planner.request(), PlanRequest::Hold(..) | PlanRequest::Finished(_)) && is_awaited {
+        if self.planner.mission().version() != version {
+            assert_eq!(asked_about, version, "an answer about the mission of before counts");
             self.untold.clear();
+            self.untold_steps = 0;
         }
         self.note_adopted();
     }
@@ -183,37 +190,19 @@ impl Client {
             return;
         };
         if !self.adopted.contains(&step) {
-            assert!(self.planner.newest_epoch() <= self.planner.epoch, "a plan for the mission of before is flown");
             self.adopted = (step.0..step.0 + u64::from(count)).map(StepId).collect();
             self.untold.clear();
         }
     }
 
-    fn next(&mut self, after: usize, next: Option<bool>) {
-        let Some(after) = self.steps.iter().rev().nth(after).copied() else { return };
-        let is_asked = self.present() == Some(after) && self.planner.next() == Some(&Next::Asked);
-        let reply = match next {
-            None => Err(NoAnswer::Call(CallError::Unanswered)),
-            Some(false) => Ok(None),
-            Some(true) => Ok(Some(self.make_step())),
-        };
-        if let (true, Ok(Some(step))) = (is_asked, &reply) {
-            self.adopted.insert(step.id);
-        }
-        self.planner.on_next(self.now, after, reply, SECOND);
-    }
-
     fn fly(&mut self) {
-        let Some(id) = self.present() else { return };
-        self.planner.flown(self.now, id, state(), SECOND);
-        self.unacknowledged.push(id);
-        self.flown.insert(id);
-        match self.planner.next() {
-            Some(Next::Known(_)) => {
-                self.planner.advance();
-            }
-            _ => self.planner.drop_step(),
-        }
+        let Some((step, ..)) = self.planner.step() else { return };
+        let step = (**step).clone();
+        self.flown.insert(step.id);
+        let flown = FlownStep { step, state: state(), at: Now { time: self.now, utc_ms: 0 } };
+        self.planner.flown(self.now, flown, SECOND);
+        self.untold_steps += 1;
+        self.planner.advance();
     }
 
     fn fail(&mut self, is_denied: bool) {
@@ -236,6 +225,14 @@ impl Client {
     }
 }
 
+/// The mission as an answer has it.
+fn course(is_settled: bool) -> Course {
+    let objective = Objective::new("there".into(), Ned::default(), false).expect("it is one");
+    let progress = if is_settled { Progress::Success } else { Progress::Waiting };
+    let objectives = vec![ObjectiveStatus { progress, ..ObjectiveStatus::waiting(&objective) }];
+    Course { mission: MissionStatus { objectives, ..MissionStatus::default() }, notes: Default::default() }
+}
+
 fn state() -> State {
     State::new(Ned::default(), true)
 }
@@ -254,9 +251,8 @@ impl StateMachineTest for Client {
             steps: Vec::new(),
             adopted: BTreeSet::new(),
             flown: BTreeSet::new(),
-            unacknowledged: Vec::new(),
+            untold_steps: 0,
             untold: Vec::new(),
-            epoch: 1,
             plans: 0,
         }
     }
@@ -267,21 +263,18 @@ impl StateMachineTest for Client {
             T::Pass => client.now = client.now + SECOND,
             T::Ask { held } => client.ask(held),
             T::Answer { question, answer, holds } => client.answer(question, &answer, holds),
-            T::Next { after, next } => client.next(after, next),
-            T::Acknowledge { step, is_heard } => {
-                let Some(id) = client.steps.iter().rev().nth(step).copied() else { return client };
-                // Only a report that is under way is answered.
-                if matches!(client.planner.reports, StepReports::Sent(_)) && is_heard {
-                    client.unacknowledged.retain(|it| *it != id);
+            T::ChangeMission { voids_plan } => {
+                let flown = client.planner.mission().flown();
+                client.planner.on_change(course(false), None, flown, voids_plan);
+                client.untold_steps = 0;
+                if voids_plan {
+                    client.untold.clear();
+                    // From now on every second plan waits for somebody.
+                    client.approval = match client.approval {
+                        PlanApproval::None => PlanApproval::EachPlan,
+                        _ => PlanApproval::None,
+                    };
                 }
-                client.planner.on_report(client.now, id, is_heard, SECOND);
-            }
-            T::ChangeMission => {
-                client.epoch += 1;
-                client.planner.on_status(status(client.epoch), false);
-                // From now on every second plan waits for somebody.
-                client.approval =
-                    if client.epoch.is_multiple_of(2) { PlanApproval::EachPlan } else { PlanApproval::None };
             }
             T::Fly => client.fly(),
             T::Fail { is_denied } => client.fail(is_denied),
@@ -297,7 +290,6 @@ impl StateMachineTest for Client {
                 }
                 client.planner.give_up();
             }
-            T::Drop => client.planner.drop_step(),
             T::Begin => {
                 if client.present().is_none() {
                     client.planner.begin_asking_for_plan();
@@ -307,7 +299,6 @@ impl StateMachineTest for Client {
             T::Approve => client.decide(true),
             T::Refuse => client.decide(false),
         }
-        client.planner.tend(client.now, SECOND, &mut client.outbox);
         client
     }
 
@@ -317,18 +308,10 @@ impl StateMachineTest for Client {
             assert!(!client.flown.contains(&step), "{step} is flown a second time");
             assert!(!matches!(client.planner.request(), PlanRequest::Asked(_)), "it asks for a plan and flies one");
         }
-        let reports = match &client.planner.reports {
-            StepReports::None => Vec::new(),
-            StepReports::Due(steps, _) | StepReports::Sent(steps) => steps.iter().map(|it| it.id).collect(),
-        };
-        assert_eq!(reports, client.unacknowledged, "every flown step is reported, in order, until it is acknowledged");
+        assert_eq!(client.planner.mission().flown(), client.untold_steps);
         let (_, denials) = client.planner.flight.failure();
         assert_eq!(denials, client.untold);
     }
-}
-
-fn status(epoch: u64) -> PlannerStatus {
-    PlannerStatus::try_from(v1::PlannerStatus { epoch, ..Default::default() }).expect("an empty status is one")
 }
 
 prop_state_machine! {

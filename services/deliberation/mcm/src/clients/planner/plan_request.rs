@@ -1,6 +1,6 @@
 //! The plan that is asked for.
 
-use domain::plan::{Denial, FailedStep, Plan};
+use domain::plan::{Denial, Failure, Plan};
 use domain::state::State;
 use domain::time::Time;
 
@@ -21,9 +21,8 @@ pub(crate) enum PlanRequest {
     Proposed(Box<Plan>, Time),
     /// A plan was adopted.
     Planned,
-    /// Every objective has reached its final state. The planner's status must have told so by this time; otherwise the answer was that of
-    /// a planner that has died since and does not remember it.
-    Finished(Time),
+    /// Every objective has reached its final state.
+    Finished,
 }
 
 /// Why the vehicle is to hold.
@@ -43,11 +42,13 @@ pub(crate) struct Question {
     /// The vehicle's, when it was asked first.
     pub(crate) state: State,
     pub(crate) basis: Basis,
-    pub(crate) failed: Option<FailedStep>,
+    pub(crate) failed: Option<Failure>,
     pub(crate) denials: Vec<Denial>,
-    pub(crate) accepted_loss: u64,
-    /// Of the mission.
-    pub(crate) epoch: u64,
+    /// Of the mission, and how many steps were flown since.
+    pub(crate) version: u64,
+    pub(crate) flown: usize,
+    /// The areas were sent with it.
+    pub(crate) sends_areas: bool,
     /// It was asked before, and not answered by the deadline.
     pub(crate) is_repeated: bool,
 }
@@ -55,7 +56,7 @@ pub(crate) struct Question {
 impl Question {
     /// Whether this is asked about the same as `other`, with the vehicle no farther away than `moved_m`.
     pub(crate) fn is_about_the_same(&self, other: &Question, moved_m: f64) -> bool {
-        let about = |it: &Question| (it.failed.clone(), it.denials.clone(), it.accepted_loss, it.epoch);
+        let about = |it: &Question| (it.failed.clone(), it.denials.clone(), it.version, it.flown);
         about(self) == about(other) && self.holds(&other.state, &other.basis, moved_m)
     }
 
@@ -92,10 +93,10 @@ pub(crate) enum Event {
     Proposed(Box<Plan>, Time),
     /// A plan came, or was approved.
     Adopted,
-    /// A plan came that is void, or was refused; or what was finished is not.
+    /// An answer came that is void, or a plan was refused.
     Void,
-    /// Nothing is left to plan; the planner's status tells so by this time.
-    Finished(Time),
+    /// Nothing is left to plan.
+    Finished,
     /// The mission was changed, or another plan is wanted: an earlier answer no longer counts.
     Withdrawn,
     /// No plan is wanted any more, or one is wanted from now on.
@@ -113,8 +114,8 @@ impl PlanRequest {
             (R::Asked(_), E::Hold(until, basis, holding)) => R::Hold(until, basis, holding),
             (R::Asked(_), E::Proposed(plan, until)) => R::Proposed(plan, until),
             (R::Asked(_) | R::Proposed(..), E::Adopted) => R::Planned,
-            (R::Asked(_) | R::Proposed(..) | R::Finished(_), E::Void) => R::Idle,
-            (R::Asked(_), E::Finished(told_by)) => R::Finished(told_by),
+            (R::Asked(_) | R::Proposed(..), E::Void) => R::Idle,
+            (R::Asked(_), E::Finished) => R::Finished,
             (R::Hold(..) | R::Proposed(..), E::Withdrawn) => R::Idle,
             (_, E::Reset) => R::Idle,
             _ => return false,
@@ -157,11 +158,10 @@ impl PlanRequest {
 mod tests {
     use super::*;
     use domain::geometry::Ned;
-    use domain::plan::StepId;
     use std::time::Duration;
 
     fn plan() -> Box<Plan> {
-        Box::new(Plan { objective: 0, steps: Vec::new(), revision: 3, epoch: 0 })
+        Box::new(Plan { objective: 0, steps: Vec::new(), revision: 3 })
     }
 
     fn question(id: &str) -> Question {
@@ -171,8 +171,9 @@ mod tests {
             basis: basis(),
             failed: None,
             denials: Vec::new(),
-            accepted_loss: 0,
-            epoch: 0,
+            version: 0,
+            flown: 0,
+            sends_areas: false,
             is_repeated: false,
         }
     }
@@ -190,10 +191,10 @@ mod tests {
         check(Question { state: at(0.0, false), ..question("r2") }, false);
         check(Question { basis: Basis { revision: 2, ..basis() }, ..question("r2") }, false);
         check(Question { basis: Basis { held: vec!["A".into()], ..basis() }, ..question("r2") }, false);
-        let failed = FailedStep { id: StepId(1), reason: "why".into(), interrupted: false };
+        let failed = Failure { reason: "why".into(), interrupted: false };
         check(Question { failed: Some(failed), ..question("r2") }, false);
-        check(Question { accepted_loss: 1, ..question("r2") }, false);
-        check(Question { epoch: 1, ..question("r2") }, false);
+        check(Question { version: 1, ..question("r2") }, false);
+        check(Question { flown: 1, ..question("r2") }, false);
     }
 
     fn basis() -> Basis {
@@ -209,7 +210,7 @@ mod tests {
             PlanRequest::Hold(..) => "hold",
             PlanRequest::Proposed(..) => "proposed",
             PlanRequest::Planned => "planned",
-            PlanRequest::Finished(_) => "finished",
+            PlanRequest::Finished => "finished",
         }
     }
 
@@ -224,7 +225,7 @@ mod tests {
             PlanRequest::Hold(at, basis(), Holding::ForAWay),
             PlanRequest::Proposed(plan(), at),
             PlanRequest::Planned,
-            PlanRequest::Finished(at),
+            PlanRequest::Finished,
         ];
         let events = [
             Event::Sent(question("r2")),
@@ -234,7 +235,7 @@ mod tests {
             Event::Proposed(plan(), at),
             Event::Adopted,
             Event::Void,
-            Event::Finished(at),
+            Event::Finished,
             Event::Withdrawn,
             Event::Reset,
         ];
@@ -247,7 +248,7 @@ mod tests {
             ("hold", ["asked", "-", "-", "-", "-", "-", "-", "-", "idle", "idle"]),
             ("proposed", ["-", "-", "-", "-", "-", "planned", "idle", "-", "idle", "idle"]),
             ("planned", ["-", "-", "-", "-", "-", "-", "-", "-", "-", "idle"]),
-            ("finished", ["-", "-", "-", "-", "-", "-", "idle", "-", "-", "idle"]),
+            ("finished", ["-", "-", "-", "-", "-", "-", "-", "-", "-", "idle"]),
         ];
         for (state, (row, cells)) in states.into_iter().zip(table) {
             assert_eq!(name(&state), row);

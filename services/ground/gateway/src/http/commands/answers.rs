@@ -44,7 +44,7 @@ impl Site {
         }
     }
 
-    /// Asks the planner about the mission, from where the vehicle is now.
+    /// Asks the mission manager about the mission, from where the vehicle is now.
     pub(super) async fn mission(&self, request: &AuthorizedRequest, call: MissionCall) -> Answer {
         let mission_request = v1::MissionRequest {
             request_id: wire_id(request),

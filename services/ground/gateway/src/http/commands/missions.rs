@@ -1,7 +1,7 @@
-//! What each planner answered last about its mission, for everybody who reads it.
+//! What each mission manager answered last about its mission, for everybody who reads it.
 //!
 //! A reading is a call over the vehicle's radio link, with the priority of an order. So it is no client's own: whoever
-//! reads within a second gets the same answer, and nobody asks while the planner is asked. What is no answer is shared only
+//! reads within a second gets the same answer, and nobody asks while the manager is asked. What is no answer is shared only
 //! with those who waited for it. Whoever has ordered something gets an answer that was asked for afterwards, and waits for no other.
 
 #![expect(clippy::disallowed_methods, reason = "what readers share is as old as their clock says")]
@@ -29,7 +29,7 @@ const SHARED_FOR: Duration = Duration::from_secs(1);
 #[derive(Debug, Default)]
 pub(crate) struct Missions(Mutex<BTreeMap<VehicleId, Last>>);
 
-/// Locked while the planner is asked.
+/// Locked while the manager is asked.
 type Last = Arc<tokio::sync::Mutex<Option<Known>>>;
 
 #[derive(Debug)]
@@ -38,7 +38,7 @@ struct Known {
     at: Instant,
 }
 
-/// What came of a call to the planner, and when.
+/// What came of a call to the manager, and when.
 #[derive(Debug)]
 struct Reading {
     /// `None` if too many orders waited.
@@ -53,7 +53,7 @@ impl Missions {
         self.lock().remove(vehicle);
     }
 
-    /// What the planner answered to others, or answers to `ask`; `None` if asking failed.
+    /// What the manager answered to others, or answers to `ask`; `None` if asking failed.
     async fn read(
         &self,
         vehicle: &VehicleId,
@@ -89,19 +89,19 @@ impl Known {
 }
 
 impl Reading {
-    /// Whether the planner was asked at all.
+    /// Whether the manager was asked at all.
     fn was_asked(&self) -> bool {
         self.result.is_some()
     }
 
-    /// Whether the planner has told its mission.
+    /// Whether the manager has told its mission.
     fn is_good(&self) -> bool {
         matches!(self.result, Some(Ok(Reply::Mission(v1::MissionReply { status: Some(_), .. }))))
     }
 }
 
 impl Site {
-    /// The vehicle's mission, as the planner itself told it less than a second ago.
+    /// The vehicle's mission, as the mission manager itself told it less than a second ago.
     pub(super) async fn read_mission(&self, request: &AuthorizedRequest) -> Answer {
         let vehicle = request.vehicle()?;
         let call = v1::MissionRequest { request: Some(MissionCall::Read(v1::ReadMission {})), ..Default::default() };
@@ -133,7 +133,7 @@ mod tests {
 
     use super::*;
 
-    /// The time in what the planner tells now, as opposed to what was read before.
+    /// The time in what the manager tells now, as opposed to what was read before.
     const NOW: i64 = 7;
 
     /// What was read at that time.
@@ -143,7 +143,7 @@ mod tests {
 
     /// The mission, told at that time.
     fn told(utc_ms: i64) -> Reading {
-        let reply = v1::MissionReply { status: Some(v1::PlannerStatus::default()), ..Default::default() };
+        let reply = v1::MissionReply { status: Some(v1::MissionStatus::default()), ..Default::default() };
         reading(Some(Ok(Reply::Mission(reply))), utc_ms)
     }
 
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn nobody_asks_while_the_planner_is_asked_although_the_client_of_that_call_has_left() {
+    async fn nobody_asks_while_the_manager_is_asked_although_the_client_of_that_call_has_left() {
         let (missions, now) = (Missions::default(), Instant::now());
         let answer = begin(&missions, now);
         let mut second = std::pin::pin!(read(&missions, "uav1", now));

@@ -149,7 +149,7 @@ async fn skip(State(site): Shared, Path(it): Path<Named>, Extension(request): Au
     site.mission(&request, MissionCall::Skip(v1::SkipObjective { name: it.name })).await
 }
 
-/// The present mission, from the planner itself.
+/// The present mission, from the mission manager itself.
 async fn read_mission(State(site): Shared, Extension(request): Authorized) -> Answer {
     site.read_mission(&request).await
 }

@@ -87,8 +87,8 @@ pub(crate) fn add_to(routes: Routes, simulation: bool) -> Routes {
             accept_loss,
         )
         .add(
-            route!(Get "mission" READERS, "The present mission, from the planner",
-                None => Reply::Stamped(v1::PlannerStatus::NAME)),
+            route!(Get "mission" READERS, "The present mission, from the mission manager",
+                None => Reply::Stamped(v1::MissionStatus::NAME)),
             read_mission,
         )
         .add(

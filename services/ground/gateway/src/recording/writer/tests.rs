@@ -58,7 +58,7 @@ fn a_recording_is_live_while_it_is_written_and_complete_with_its_end() {
     let (mut writer, status) = writer(folder.path(), NO_LIMITS);
     let (now, first) = (Instant::now(), header(1));
     check(folder.path(), &[]);
-    writer.on(message(&first, v1::PlannerStatus { mission: "reference".into(), ..Default::default() }), now);
+    writer.on(message(&first, v1::MissionStatus { mission: "reference".into(), ..Default::default() }), now);
     writer.on(decision(&first, "takeoff"), now);
     writer.flush_due(now + FLUSH);
     check(folder.path(), &[("01", "recording", Value::Null)]);

@@ -1,0 +1,145 @@
+//! The mission that is flown, as far as it has come. The manager keeps it, and each question to the planner carries it.
+
+use domain::geodesy::Origin;
+use domain::mission::{Mission, MissionAreas};
+use domain::plan::{self, Course, FlownStep, MissionStatus, Step};
+use domain::state::State;
+use domain::time::Now;
+use domain::wire::InvalidMessage;
+use domain::wire::plan::course;
+use kittiwake_proto::v1;
+
+/// The mission, the planner's notes, its areas, and what was flown since the notes.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct FlownMission {
+    /// Without areas and steps.
+    status: MissionStatus,
+    /// `None` before the planner's first answer.
+    notes: Option<v1::PlannerNotes>,
+    areas: MissionAreas,
+    /// Whether the planner is thought to know the areas.
+    are_areas_told: bool,
+    /// First flown first.
+    flown: Vec<FlownStep>,
+    /// Counts changes by answers: one to an older question is void.
+    version: u64,
+}
+
+impl FlownMission {
+    /// `mission`, nothing of which has been attempted.
+    pub(crate) fn beginning(mission: &Mission) -> FlownMission {
+        let (status, areas) = (MissionStatus::beginning(mission), MissionAreas::of(&mission.areas, &mission.feeds));
+        FlownMission { status, areas, ..FlownMission::default() }
+    }
+
+    /// Its objectives and what became of them.
+    pub(crate) fn status(&self) -> &MissionStatus {
+        &self.status
+    }
+
+    /// Its areas.
+    pub(crate) fn areas(&self) -> &MissionAreas {
+        &self.areas
+    }
+
+    /// Counts changes.
+    pub(crate) fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// How many steps were flown that the planner has not taken in.
+    pub(crate) fn flown(&self) -> usize {
+        self.flown.len()
+    }
+
+    /// Whether it has objectives, and each has reached its final state.
+    pub(crate) fn is_settled(&self) -> bool {
+        !self.status.objectives.is_empty() && self.status.is_settled()
+    }
+
+    /// What an answer about it depends on, and whether the areas are in it.
+    pub(crate) fn basis(
+        &mut self,
+        at: Now,
+        state: State,
+        vehicle_origin: Option<Origin>,
+        rest: Vec<Step>,
+    ) -> (plan::Basis, bool) {
+        let sends_areas = !std::mem::replace(&mut self.are_areas_told, true);
+        let basis = plan::Basis {
+            at,
+            state,
+            vehicle_origin,
+            mission: self.status.clone(),
+            notes: self.notes.clone(),
+            areas_id: self.areas.id().to_owned(),
+            areas: sends_areas.then(|| self.areas.encoded().clone()),
+            flown: self.flown.clone(),
+            rest,
+        };
+        (basis, sends_areas)
+    }
+
+    /// The planner does not know the areas.
+    pub(crate) fn areas_are_unknown(&mut self) {
+        self.are_areas_told = false;
+    }
+
+    /// A step was flown.
+    pub(crate) fn note_flown(&mut self, flown: FlownStep) {
+        self.flown.push(flown);
+    }
+
+    /// It goes on as an answer says, which took in this many of the flown steps.
+    pub(crate) fn go_on(&mut self, course: Course, flown: usize) {
+        (self.status, self.notes) = (course.mission, Some(course.notes));
+        self.flown.drain(..flown.min(self.flown.len()));
+        self.version += 1;
+    }
+
+    /// It has other areas, which the planner has named itself.
+    pub(crate) fn replace_areas(&mut self, areas: MissionAreas) {
+        (self.areas, self.are_areas_told) = (areas, true);
+    }
+
+    /// The steps that were flown are of a plan for what was changed.
+    pub(crate) fn forget_flown(&mut self) {
+        self.flown.clear();
+    }
+
+    /// As it is published; `steps` are what is left of the plan, and `hold` is what is waited for.
+    pub(crate) fn told(&self, steps: Vec<Step>, hold: String) -> MissionStatus {
+        let mut told = MissionStatus {
+            areas: self.areas.areas().to_vec(),
+            feeds: self.areas.feeds().to_vec(),
+            steps,
+            hold,
+            ..self.status.clone()
+        };
+        // What the planner has not heard of yet.
+        let passed = self.flown.iter().map(|it| it.step.passed).max().unwrap_or_default() as usize;
+        let current = told.objectives.get_mut(told.current_objective as usize);
+        if let Some(survey) = current.and_then(|it| it.objective.survey.take_if(|it| it.passed() < passed)) {
+            told.objectives[told.current_objective as usize].objective.survey = Some(survey.with_passed(passed));
+        }
+        told
+    }
+
+    /// Its persisted part goes into `memory`.
+    pub(crate) fn persist(&self, memory: &mut v1::McmMemory) {
+        memory.mission = Some(self.status.clone().into());
+        memory.notes = self.notes.clone();
+        memory.mission_areas = self.areas.encoded().clone();
+        memory.flown = self.flown.iter().cloned().map(Into::into).collect();
+    }
+
+    /// That of another manager, from its memory.
+    pub(crate) fn restored(memory: &mut v1::McmMemory) -> Result<FlownMission, InvalidMessage> {
+        let notes = memory.notes.take();
+        let restored = course(memory.mission.take(), notes.clone())?.ok_or(InvalidMessage::Missing("mission"))?;
+        let areas = MissionAreas::decode(std::mem::take(&mut memory.mission_areas))?;
+        let flown = std::mem::take(&mut memory.flown).into_iter().map(FlownStep::try_from);
+        let flown = flown.collect::<Result<_, _>>()?;
+        Ok(FlownMission { status: restored.mission, notes, areas, flown, ..FlownMission::default() })
+    }
+}

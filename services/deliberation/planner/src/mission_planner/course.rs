@@ -1,0 +1,82 @@
+//! A mission as far as it has come, as a question brings it and an answer takes it away.
+
+use domain::energy::EnergyModel;
+use domain::geodesy::Origin;
+use domain::mission::{InvalidObjective, Mission};
+use domain::plan::{MissionStatus, Step};
+use domain::time::Pace;
+
+use super::MissionPlanner;
+use crate::config::Config;
+use crate::known_areas::Known;
+use crate::notes::Notes;
+use crate::objectives::{Objective, Objectives};
+
+/// What a question brings.
+pub(crate) struct Brought {
+    /// Without its areas.
+    pub(crate) mission: MissionStatus,
+    pub(crate) notes: Notes,
+    /// Of the mission.
+    pub(crate) areas: Known,
+    pub(crate) vehicle_origin: Option<Origin>,
+    /// The steps of the present plan that were not flown.
+    pub(crate) rest: Vec<Step>,
+}
+
+impl MissionPlanner {
+    /// A planner that goes on with this mission.
+    ///
+    /// # Errors
+    /// If the mission has an objective that no mission may have.
+    pub(crate) fn going_on(
+        config: &Config,
+        energy: &EnergyModel,
+        pace: Pace,
+        brought: Brought,
+    ) -> Result<MissionPlanner, InvalidObjective> {
+        let Brought { mission: status, notes, areas: Known { areas, feeds, map, .. }, vehicle_origin, rest } = brought;
+        let mut past: Vec<Objective> =
+            status.objectives.into_iter().map(Objective::of).collect::<Result<_, InvalidObjective>>()?;
+        let objectives = past.iter().map(|it| it.objective()).collect();
+        let current = past.iter_mut().find(|it| it.is_waiting());
+        current.into_iter().for_each(|it| it.dwells_since = notes.dwells_since);
+        let MissionStatus { mission: name, order, sites, origin, .. } = status;
+        Ok(MissionPlanner {
+            objectives: Objectives::with_past(past),
+            map,
+            permissions: notes.permissions,
+            rest: rest.into_iter().map(Into::into).collect(),
+            revision: status.revision,
+            last_step_id: notes.last_step_id,
+            stuck: notes.stuck,
+            hold: notes.hold,
+            vehicle_origin,
+            begun: notes.begun,
+            ..MissionPlanner::new(
+                config,
+                energy,
+                Mission { name, objectives, areas, order, sites, origin, feeds },
+                pace,
+            )
+        })
+    }
+
+    /// The mission as far as it has come, and the notes for the next question.
+    pub(crate) fn course(&mut self) -> (MissionStatus, Notes) {
+        let notes = Notes {
+            last_step_id: self.last_step_id,
+            begun: self.begun,
+            dwells_since: self.objectives.current().and_then(|it| it.dwells_since),
+            permissions: self.permissions.clone(),
+            hold: self.hold.clone(),
+            stuck: self.stuck.clone(),
+        };
+        (self.status(), notes)
+    }
+
+    /// The mission's areas, with what is known of them for the next question. They have the name `id`.
+    pub(crate) fn into_areas(self, id: String) -> Known {
+        Known { id, areas: self.mission.areas, feeds: self.mission.feeds, map: self.map }
+    }
+}
