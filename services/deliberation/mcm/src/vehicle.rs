@@ -46,8 +46,14 @@ pub(crate) struct Vehicle {
     pub(crate) wind: Option<(f64, f64)>,
     /// What the battery gives, in W; `None` where it is not heard.
     pub(crate) power_w: Option<f64>,
-    /// When this introspection arrived.
-    pub(crate) seen_at: Time,
+    pub(crate) heard: Heard,
+}
+
+/// How old what is known of the vehicle is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Heard {
+    /// When the introspection arrived.
+    pub(crate) at: Time,
     /// When the position was measured, by the vehicle's clock.
     position_us: u64,
     /// When the land detector made its statement, by the same clock.
@@ -112,7 +118,7 @@ impl ConfirmedState {
         // Where the land detector was silent, motors or height have shown it: that cannot be compared, and counts shortly.
         let counts = |heard_us: u64| match heard_us {
             0 => now <= self.at + limits.introspection,
-            _ => vehicle.landed_us <= heard_us && now <= self.at + limits.land_detector,
+            _ => vehicle.heard.landed_us <= heard_us && now <= self.at + limits.land_detector,
         };
         if let Some((_, flying)) = self.flying.filter(|it| counts(it.0)) {
             vehicle.flying = flying;
@@ -120,7 +126,7 @@ impl ConfirmedState {
         if self.at + limits.introspection < now {
             return vehicle;
         }
-        if let Some((_, position)) = self.position.filter(|it| vehicle.position_us <= it.0) {
+        if let Some((_, position)) = self.position.filter(|it| vehicle.heard.position_us <= it.0) {
             vehicle.position = position;
         }
         if self.released.is_some_and(|at| vehicle.status_at <= at) {
@@ -194,9 +200,11 @@ impl Vehicle {
             origin: status.origin.and_then(|it| Origin::try_from(it).ok()),
             wind: wind.filter(|(north_m_s, east_m_s)| north_m_s.is_finite() && east_m_s.is_finite()),
             power_w: power_w.filter(|it| it.is_finite()),
-            seen_at: now,
-            position_us: place.timestamp_us,
-            landed_us: land_detected.as_ref().map_or(0, |it| it.timestamp_us),
+            heard: Heard {
+                at: now,
+                position_us: place.timestamp_us,
+                landed_us: land_detected.as_ref().map_or(0, |it| it.timestamp_us),
+            },
         }))
     }
 }

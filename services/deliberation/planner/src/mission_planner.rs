@@ -10,6 +10,7 @@ mod holding;
 mod no_way_yet;
 pub(crate) mod origin;
 mod release;
+mod state;
 
 use std::time::Duration;
 
@@ -320,12 +321,6 @@ impl MissionPlanner {
         self.pace
     }
 
-    /// This much mission time after `now`.
-    pub(crate) fn after(&self, now: Now, time: Duration) -> Now {
-        let wall_ms = i64::try_from(self.pace.to_wall(time).as_millis()).unwrap_or(i64::MAX);
-        Now { time: now.time + time, utc_ms: now.utc_ms.saturating_add(wall_ms) }
-    }
-
     /// The objectives and what became of them.
     pub(crate) fn objectives(&self) -> &Objectives {
         &self.objectives
@@ -366,11 +361,6 @@ impl MissionPlanner {
         self.hold.as_ref().map(|hold| hold.reason.clone()).or_else(|| self.waits_for_origin())
     }
 
-    /// By what this planner judges energy.
-    pub(crate) fn judge(&self) -> Judge<'_> {
-        Judge { model: &self.energy, wind: self.config.wind, config: &self.config }
-    }
-
     /// The order that a forecast has chosen, where it is free.
     pub(crate) fn chosen_order(&self) -> Option<&Choice> {
         self.forecast.as_ref()?.chosen_order.as_ref()
@@ -385,17 +375,6 @@ impl MissionPlanner {
     /// Whether every objective is settled.
     pub(crate) fn is_over(&self) -> bool {
         self.objectives.all().len() <= self.objectives.current_index()
-    }
-
-    /// The mission as it would be put into a file now, with only what is still to be attempted.
-    pub(crate) fn rest_of_mission(&self) -> Mission {
-        let waiting = self.objectives.all().iter().filter(|it| it.progress == Progress::Waiting);
-        Mission { objectives: waiting.map(|it| it.rest()).collect(), ..self.mission.clone() }
-    }
-
-    /// How near to the current objective is there.
-    fn tolerance(&self) -> Tolerance {
-        self.objectives.tolerance(self.objectives.current_index(), self.config.tolerance())
     }
 
     fn note_granted(&mut self, state: &State) {
@@ -417,13 +396,6 @@ impl MissionPlanner {
         if let (Some(objective), Some(passed)) = (self.objectives.current(), passed) {
             objective.pass(passed);
         }
-    }
-
-    fn conclude(&mut self, progress: Progress) {
-        if let Some(objective) = self.objectives.current() {
-            objective.progress = progress;
-        }
-        self.stuck.next_objective();
     }
 
     /// Makes `steps` the plan. Those without an id are new.

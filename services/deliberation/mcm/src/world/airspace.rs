@@ -38,9 +38,9 @@ pub(crate) struct WhatMayBeEntered {
 impl World {
     /// What the vehicle may do with its permissions at this wake.
     pub(super) fn permits(&self) -> &Permits {
-        self.permits.get_or_init(|| {
+        self.answer.permits.get_or_init(|| {
             let (now, grants) = (self.now.time, self.permissions.grants(self.now.time));
-            let around = || self.vehicle.into_iter().flat_map(|it| self.areas_around(it.position));
+            let around = || self.seen.vehicle.into_iter().flat_map(|it| self.areas_around(it.position));
             let awaits = self.permissions.awaits_first_ledger(now);
             let unknown = around().filter(|it| awaits && it.kind == AreaKind::Permission);
             Permits {
@@ -49,8 +49,8 @@ impl World {
                 unknown: unknown.map(|it| it.name.clone()).collect(),
                 flying: self.is_flying(),
                 may_hear: self.permissions.may_still_ask(now),
-                no_new_area: self.decision.narrowing.no_new_area.is_some(),
-                needs_held: self.needs_held_areas,
+                no_new_area: self.answer.decision.narrowing.no_new_area.is_some(),
+                needs_held: self.answer.needs_held_areas,
                 grants,
             }
         })
@@ -58,7 +58,7 @@ impl World {
 
     /// The areas that a way may begin to enter, with a margin before the expiry: what the planner may count on.
     pub(super) fn enterable(&self) -> Vec<String> {
-        held_for(&self.permits().to_begin(), self.limits.permission_margin)
+        held_for(&self.permits().to_begin(), self.setup.limits.permission_margin)
     }
 
     /// All areas, those that may be entered now, and what flags forbid.
@@ -66,9 +66,9 @@ impl World {
         WhatMayBeEntered {
             held: self.enterable(),
             areas: self.planner.areas().clone(),
-            narrowing: self.decision.narrowing,
+            narrowing: self.answer.decision.narrowing,
             comes_down: self.comes_down(),
-            needs_held_areas: self.needs_held_areas,
+            needs_held_areas: self.answer.needs_held_areas,
         }
     }
 
@@ -82,27 +82,27 @@ impl World {
         Airspace {
             areas: self.planner.areas(),
             grants,
-            clock: Clock { utc_ms: self.now.utc_ms, pace: self.limits.pace },
+            clock: Clock { utc_ms: self.now.utc_ms, pace: self.setup.limits.pace },
             lead,
-            vertical_margin_m: self.limits.vertical_margin_m,
+            vertical_margin_m: self.setup.limits.vertical_margin_m,
         }
     }
 
     /// What is wrong with flying straight from `from`, in the air, to `to` now.
     pub(super) fn breach_on_way(&self, from: Ned, to: Ned, speed_m_s: f64) -> Option<Breach> {
-        let speeds = Speeds { cruise_m_s: speed_m_s, ..self.limits.flight.speeds };
+        let speeds = Speeds { cruise_m_s: speed_m_s, ..self.setup.limits.flight.speeds };
         let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
-        self.airspace(&self.permits().to_begin(), self.limits.leave_lead).first_breach(from, to, motion)
+        self.airspace(&self.permits().to_begin(), self.setup.limits.leave_lead).first_breach(from, to, motion)
     }
 
     /// What is wrong with flying straight to `to` from where the vehicle is.
     pub(crate) fn breach_towards(&self, to: Ned, speed_m_s: f64) -> Option<Breach> {
-        self.breach_on_way(self.vehicle?.position, to, speed_m_s)
+        self.breach_on_way(self.seen.vehicle?.position, to, speed_m_s)
     }
 
     /// What is wrong with beginning `step` where the vehicle is.
     pub(super) fn breach_of_step(&self, step: &Step) -> Option<Breach> {
-        let vehicle = self.vehicle?;
+        let vehicle = self.seen.vehicle?;
         let here = vehicle.position;
         let speeds = self.flight_limits().speeds;
         let (to, speeds) = match step.nominal.goal {
@@ -120,7 +120,7 @@ impl World {
         let permits = self.permits();
         // In the air the vehicle stops before an area: see `breach_at_rest`.
         let grants = if vehicle.flying { permits.to_stay() } else { permits.to_begin() };
-        self.airspace(&grants, self.limits.leave_lead).first_breach(here, to, motion)
+        self.airspace(&grants, self.setup.limits.leave_lead).first_breach(here, to, motion)
     }
 
     /// What is wrong with beginning the present step where the vehicle is.
@@ -133,14 +133,15 @@ impl World {
     pub(crate) fn bad_height_of_present_step(&self) -> Option<String> {
         /// An estimate of the height varies by as much. (ENG)
         const TOLERANCE_M: f64 = 1.0;
-        let (step, here) = (self.planner.step()?.0, self.vehicle?.position);
+        let (step, here) = (self.planner.step()?.0, self.seen.vehicle?.position);
         let height_m = match step.nominal.goal {
             Goal::Position { target, .. } => target.height_m(),
             Goal::Takeoff { climb_m } => here.height_m() + climb_m,
             Goal::Land | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } => return None,
         };
         // It took off at 0, and one that is higher or lower already may go on at its height.
-        let (mut least_m, mut most_m) = (here.height_m().min(0.0), here.height_m().max(self.limits.flight.highest_m));
+        let (mut least_m, mut most_m) =
+            (here.height_m().min(0.0), here.height_m().max(self.setup.limits.flight.highest_m));
         for named_m in self.planner.named_heights_m() {
             (least_m, most_m) = (least_m.min(named_m), most_m.max(named_m));
         }
@@ -151,12 +152,12 @@ impl World {
     /// What the last check found to be wrong with the rest of the present step.
     pub(crate) fn breach_ahead(&self) -> Option<&Breach> {
         let (step, ..) = self.planner.step()?;
-        self.airspace_watch.step.as_ref().filter(|(id, _)| *id == step.id).map(|(_, breach)| breach)
+        self.watch.airspace.step.as_ref().filter(|(id, _)| *id == step.id).map(|(_, breach)| breach)
     }
 
     /// When the airspace is checked next, after this moment.
     pub(crate) fn next_look(&self) -> Time {
-        self.now.time + self.limits.airspace_period
+        self.now.time + self.setup.limits.airspace_period
     }
 
     /// The time that the vehicle needs to leave what is around it, no matter which of that must be left: to the nearest borders, and as
@@ -164,12 +165,12 @@ impl World {
     pub(super) fn time_to_leave_all(&self, here: Ned) -> Duration {
         let nearest = self.areas_around(here).map(|area| self.time_to_border(area, here)).max().unwrap_or_default();
         let ends_by = |(area, way): &(&Area, Duration)| {
-            !self.permissions.holds(&area.name, self.now.time, self.limits.leave_lead.saturating_add(*way))
+            !self.permissions.holds(&area.name, self.now.time, self.setup.limits.leave_lead.saturating_add(*way))
         };
-        let times = &self.airspace_watch.ways_out.times;
+        let times = &self.watch.airspace.ways_out.times;
         let ways = self.areas_around(here).filter_map(|area| Some((area, *times.get(&area.name)?)));
         let ways = ways.filter(ends_by).map(|(_, way)| way).max();
-        let begun = if self.airspace_watch.breached { self.airspace_watch.leaving } else { Duration::ZERO };
+        let begun = if self.watch.airspace.breached { self.watch.airspace.leaving } else { Duration::ZERO };
         nearest.max(ways.unwrap_or_default()).max(begun)
     }
 
@@ -187,7 +188,7 @@ impl World {
 
     /// The flag because of which no landing may begin at `place`, if there is one.
     pub(crate) fn landing_forbidden_by(&self, place: Ned) -> Option<&Arc<str>> {
-        let (row, at) = (self.decision.narrowing.no_landing_here?, self.no_landing_at?);
+        let (row, at) = (self.answer.decision.narrowing.no_landing_here?, self.landings.no_landing_at?);
         (place.horizontal_distance_m(at) < SAME_SITE_M).then(|| self.flags.name(row))
     }
 

@@ -82,16 +82,16 @@ impl World {
     /// Checks the airspace around the vehicle and ahead of it: raises the flag of a breach, asks in time for
     /// permissions that will expire, and finds what is wrong with the rest of the step.
     pub(super) fn watch_airspace(&mut self) {
-        let Some(vehicle) = self.vehicle.filter(|it| it.flying) else {
-            self.airspace_watch = AirspaceWatch::default();
+        let Some(vehicle) = self.seen.vehicle.filter(|it| it.flying) else {
+            self.watch.airspace = AirspaceWatch::default();
             self.flags.condition_gone(AREA_BREACHED, SELF);
             self.flags.condition_gone(AREA_AHEAD, SELF);
             return;
         };
-        if self.now.time < self.airspace_watch.next {
+        if self.now.time < self.watch.airspace.next {
             return;
         }
-        self.airspace_watch.next = self.next_look();
+        self.watch.airspace.next = self.next_look();
         let breach = self.breach_here(vehicle.position);
         match breach.is_none().then(|| self.breach_at_rest(vehicle)).flatten() {
             Some(why) => self.raise(AREA_AHEAD, SELF, why),
@@ -106,7 +106,7 @@ impl World {
             None => self.flags.condition_gone(AREA_BREACHED, SELF),
         }
         let step = self.planner.step();
-        self.airspace_watch.step = step.and_then(|(step, ..)| Some((step.id, self.breach_of_step(step)?)));
+        self.watch.airspace.step = step.and_then(|(step, ..)| Some((step.id, self.breach_of_step(step)?)));
         self.renew_permissions(vehicle.position);
     }
 
@@ -115,9 +115,9 @@ impl World {
         self.look_for_ways_out(here);
         let leaving = self.time_to_leave_all(here);
         let grants = self.permits().to_stay();
-        let breach = self.airspace(&grants, self.limits.leave_lead).breach_at(here, leaving);
+        let breach = self.airspace(&grants, self.setup.limits.leave_lead).breach_at(here, leaving);
         let is_inside = self.areas_around(here).next().is_some();
-        let watch = &mut self.airspace_watch;
+        let watch = &mut self.watch.airspace;
         (watch.inside, watch.leaving, watch.breached) = (is_inside, leaving, breach.is_some());
         breach.map(BreachHere)
     }
@@ -125,17 +125,17 @@ impl World {
     /// Looks for the ways out of the areas around the vehicle whose permissions end before the longest way out could be flown: the nearest
     /// border may be closed, and wind is stronger on some ways than on others.
     fn look_for_ways_out(&mut self, here: Ned) {
-        if self.now.time < self.airspace_watch.ways_out.again {
+        if self.now.time < self.watch.airspace.ways_out.again {
             return;
         }
         let grants = &self.permits().grants;
-        let matters_for = self.longest_way_out().saturating_add(self.limits.leave_lead + RENEWAL_LEAD);
+        let matters_for = self.longest_way_out().saturating_add(self.setup.limits.leave_lead + RENEWAL_LEAD);
         let ending = self.areas_around(here).filter_map(|area| Some((area, *grants.get(&area.name)?)));
         let ending = ending.filter(|(_, left)| *left < matters_for);
         let times =
             ending.filter_map(|(area, left)| Some((area.name.clone(), self.way_out_after(left, here, grants)?)));
         let times = times.collect();
-        self.airspace_watch.ways_out = WaysOut { again: self.now.time + WAYS_OUT_PERIOD, times };
+        self.watch.airspace.ways_out = WaysOut { again: self.now.time + WAYS_OUT_PERIOD, times };
     }
 
     /// How long the way takes out of what must not be stayed in for longer than `left`; `None` without a way.
@@ -153,7 +153,7 @@ impl World {
         let FlightLimits { speeds, highest_m, .. } = self.limits_in_wind();
         let against_wind_m_s = (speeds.airspeed_m_s - speeds.wind.speed_m_s()).min(speeds.cruise_m_s);
         let vertical_m_s = speeds.climb_m_s.min(speeds.descent_m_s);
-        with_turn(self.limits.farthest_out_m / against_wind_m_s + highest_m / vertical_m_s)
+        with_turn(self.setup.limits.farthest_out_m / against_wind_m_s + highest_m / vertical_m_s)
     }
 
     /// The area that may not be entered in which `vehicle` would come to rest if it braked now, in words.
@@ -162,7 +162,7 @@ impl World {
         if speed_m_s < MOVES_M_S {
             return None;
         }
-        let way_m = speed_m_s * speed_m_s / (2.0 * self.limits.braking_m_s2);
+        let way_m = speed_m_s * speed_m_s / (2.0 * self.setup.limits.braking_m_s2);
         let (here, velocity, share) = (vehicle.position, vehicle.velocity, way_m / speed_m_s);
         let at_rest = Ned::new(
             here.north_m + velocity.north_m_s * share,
@@ -187,9 +187,9 @@ impl World {
             if self.permissions.is_of_former_tower(&area.name) {
                 return true;
             }
-            let way = self.airspace_watch.ways_out.times.get(&area.name).copied().unwrap_or_default();
+            let way = self.watch.airspace.ways_out.times.get(&area.name).copied().unwrap_or_default();
             let leaving = self.time_to_border(area, here).max(way);
-            let leave_by = leaving.saturating_add(self.limits.leave_lead + RENEWAL_LEAD);
+            let leave_by = leaving.saturating_add(self.setup.limits.leave_lead + RENEWAL_LEAD);
             self.permissions.holds(&area.name, self.now.time, Duration::ZERO)
                 && !self.permissions.holds(&area.name, self.now.time, leave_by)
         };
@@ -200,7 +200,7 @@ impl World {
                 true => "because the control tower was started again",
                 false => "before its permission expires",
             };
-            if self.permissions.renew(self.now.time, &area, by, &self.limits, &mut self.outbox) {
+            if self.permissions.renew(self.now.time, &area, by, &self.setup.limits, &mut self.out.outbox) {
                 let text = format!("asking for area {area} again {why}");
                 self.record(Said::new("permission", DecisionKind::PermissionAsked, text).about_area(area));
             }

@@ -62,19 +62,19 @@ impl Choice {
 impl World {
     /// Looks at the ways to as many places as the effort of one look suffices for: new ones first, then in turn.
     pub(crate) fn look_at_alternates(&mut self) {
-        let Some(vehicle) = self.vehicle.filter(|it| it.flying) else {
-            self.alternates = Alternates::default();
+        let Some(vehicle) = self.seen.vehicle.filter(|it| it.flying) else {
+            self.watch.alternates = Alternates::default();
             return;
         };
         self.look_for_held_areas();
         let entered = self.what_may_be_entered();
-        let is_same = self.alternates.entered.as_ref() == Some(&entered);
+        let is_same = self.watch.alternates.entered.as_ref() == Some(&entered);
         let mut looks: Vec<Look> = self
             .candidates()
             .into_iter()
             .map(|candidate| Look { way: self.known_way(&candidate).filter(|_| is_same).cloned(), candidate })
             .collect();
-        let turn = self.alternates.turn;
+        let turn = self.watch.alternates.turn;
         let in_turn = (0..looks.len()).map(|it| (turn + it) % looks.len());
         let (new, known): (Vec<usize>, Vec<usize>) = in_turn.partition(|it| looks[*it].way.is_none());
         let grants = self.permits_of_responses();
@@ -90,7 +90,7 @@ impl World {
                 break;
             }
         }
-        self.alternates = Alternates { looks, entered: Some(entered), turn: next };
+        self.watch.alternates = Alternates { looks, entered: Some(entered), turn: next };
     }
 
     /// The best places as they were looked at last, best first; none on the ground.
@@ -101,7 +101,7 @@ impl World {
     }
 
     pub(super) fn seen_alternates(&self) -> Vec<Alternate> {
-        let looks = self.alternates.looks.iter();
+        let looks = self.watch.alternates.looks.iter();
         let seen = looks.filter_map(|it| Some(self.alternate(it.candidate.clone(), it.way.clone()?)));
         let mut alternates: Vec<Alternate> = seen.collect();
         rank(&mut alternates);
@@ -134,14 +134,14 @@ impl World {
 
     /// What the battery gives before the vehicle would land where it is, in Wh; `None` while the charge is not known.
     fn usable_wh(&self) -> Option<f64> {
-        let charge = self.vehicle?.charge?;
-        Some(self.energy().budget_above(charge, self.table.lands_below()).usable_wh)
+        let charge = self.seen.vehicle?.charge?;
+        Some(self.energy().budget_above(charge, self.setup.table.lands_below()).usable_wh)
     }
 
     /// The places to land at in the order in which a response tries them that does not land where it is: landings that can be
     /// reached as the permissions are; else, where a landing here has failed, places beside it; then ditches, and what the battery may not suffice for.
     pub(crate) fn places_elsewhere(&self) -> Vec<Choice> {
-        let Some(here) = self.vehicle.map(|it| it.position) else { return Vec::new() };
+        let Some(here) = self.seen.vehicle.map(|it| it.position) else { return Vec::new() };
         let mut ranked = self.ranked_alternates();
         ranked.retain(|it| it.failed_landings == 0 || SAME_SITE_M <= it.candidate.position.horizontal_distance_m(here));
         let is_landing = |it: &Alternate| it.is_reachable() && it.candidate.kind == SiteKind::Landing && !it.asks();
@@ -203,8 +203,8 @@ impl World {
     /// Every candidate at which no flag forbids to land, best first. One that was not looked at under the present permissions is looked
     /// at now, as far as the effort suffices that any search of a response may take.
     fn ranked_alternates(&self) -> Vec<Alternate> {
-        let Some(here) = self.vehicle.map(|it| it.position) else { return Vec::new() };
-        let is_same = self.alternates.entered.as_ref() == Some(&self.what_may_be_entered());
+        let Some(here) = self.seen.vehicle.map(|it| it.position) else { return Vec::new() };
+        let is_same = self.watch.alternates.entered.as_ref() == Some(&self.what_may_be_entered());
         let grants = self.permits_of_responses();
         let (limits, energy) = (self.limits_in_wind(), self.energy());
         let view = self.viewpoint(here, &grants, &limits, &energy);
@@ -230,15 +230,15 @@ impl World {
         let energy = self.energy();
         let charge = Charge {
             energy: &energy,
-            left: self.vehicle.and_then(|it| it.charge),
-            lands_below: self.table.lands_below(),
+            left: self.seen.vehicle.and_then(|it| it.charge),
+            lands_below: self.setup.table.lands_below(),
         };
         let failed_landings = self.failed_landings_at(candidate.position);
         Alternate::new(candidate, way, charge, failed_landings)
     }
 
     fn known_way(&self, candidate: &Candidate) -> Option<&Option<Way>> {
-        self.alternates.looks.iter().find(|it| it.candidate == *candidate)?.way.as_ref()
+        self.watch.alternates.looks.iter().find(|it| it.candidate == *candidate)?.way.as_ref()
     }
 
     fn viewpoint<'a>(
@@ -251,7 +251,7 @@ impl World {
         Viewpoint {
             from: here,
             height_m: self.transit_height_m(here),
-            airspace: self.airspace(grants, self.limits.leave_lead),
+            airspace: self.airspace(grants, self.setup.limits.leave_lead),
             limits,
             energy,
             wind: self.wind(),
@@ -260,7 +260,7 @@ impl World {
 
     fn candidates(&self) -> Vec<Candidate> {
         let objectives = self.planner.status().objectives.iter().map(|it| &it.objective);
-        candidates(self.operator.landing_site(), self.mission_sites(), objectives)
+        candidates(self.people.operator.landing_site(), self.mission_sites(), objectives)
     }
 
     /// Lets a response that brings the vehicle down, and that no landing is in reach of otherwise, enter areas whose permission is held
@@ -270,10 +270,10 @@ impl World {
             self.need_held_areas(false);
             return;
         }
-        if self.needs_held_areas {
+        if self.answer.needs_held_areas {
             return;
         }
-        let (held, usable) = (held_for(&self.permits().grants, self.limits.permission_margin), self.enterable());
+        let (held, usable) = (held_for(&self.permits().grants, self.setup.limits.permission_margin), self.enterable());
         let areas: Vec<String> = held.into_iter().filter(|it| !usable.contains(it)).collect();
         if areas.is_empty() || self.landing_in_reach().is_some() {
             return;
@@ -283,7 +283,7 @@ impl World {
             self.need_held_areas(false);
             return;
         };
-        let (areas, row) = (areas.join(", "), self.decision.narrowing.no_new_area);
+        let (areas, row) = (areas.join(", "), self.answer.decision.narrowing.no_new_area);
         let although = match row {
             Some(row) => format!("`{}` is up", self.flags.name(row)),
             None => "the tower has not decided about it again since the start".to_owned(),
@@ -299,7 +299,7 @@ impl World {
     }
 
     fn need_held_areas(&mut self, needs: bool) {
-        self.needs_held_areas = needs;
-        self.permits.take();
+        self.answer.needs_held_areas = needs;
+        self.answer.permits.take();
     }
 }

@@ -33,7 +33,7 @@ impl World {
 
     fn first_unmet(&self, condition: &Condition, judge_mode: bool) -> Option<Unmet> {
         let unmet = |what, found: String, wanted: String| Some(Unmet { what, found, wanted });
-        let Some(vehicle) = &self.vehicle else {
+        let Some(vehicle) = &self.seen.vehicle else {
             return unmet("the vehicle's state", "unknown".into(), "data from the monitor".into());
         };
         if let Some(wanted) = condition.flying.filter(|it| *it != vehicle.flying) {
@@ -47,7 +47,7 @@ impl World {
             let found = vehicle.mode.map_or_else(|| "unspecified".to_owned(), |mode| mode.to_string());
             return unmet("the flight mode", found, wanted.to_string());
         }
-        let held = |area: &str| self.permissions.holds(area, self.now.time, self.limits.permission_margin);
+        let held = |area: &str| self.permissions.holds(area, self.now.time, self.setup.limits.permission_margin);
         let missing = condition.permissions.iter().find(|it| !held(it))?;
         unmet("the permission", "not held".into(), format!("to enter area {missing}"))
     }

@@ -15,21 +15,21 @@ impl World {
     /// Takes in the monitor's messages since the last tick: the newest introspection, and flags. Returns when the
     /// monitor counts as lost if nothing more comes.
     pub(crate) fn take_in_news(&mut self) -> Option<Time> {
-        if let Some(vehicle) = self.news.take_vehicle() {
-            let vehicle = self.confirmed.correct(vehicle, self.now.time, &self.limits);
+        if let Some(vehicle) = self.monitor.news.take_vehicle() {
+            let vehicle = self.seen.confirmed.correct(vehicle, self.now.time, &self.setup.limits);
             if let Some(mode) = vehicle.mode {
                 self.skills.on_mode(mode, vehicle.status_at);
             }
-            self.vehicle = Some(vehicle);
-            self.permits.take();
+            self.seen.vehicle = Some(vehicle);
+            self.answer.permits.take();
             self.measure_consumption();
             self.flags.condition_gone(INTROSPECTION_LOST, SELF);
         }
-        for flag in self.news.take_flags() {
+        for flag in self.monitor.news.take_flags() {
             if self.flags.number(&flag.name).is_none() {
                 // Counted with what the heartbeat calls malformed: a name that nobody knows cannot be acted on.
                 let name: String = flag.name.chars().take(MOST_CHARACTERS).collect();
-                self.outbox.refuse(Topic::Introspection, format_args!("flag `{name}` has no row"));
+                self.out.outbox.refuse(Topic::Introspection, format_args!("flag `{name}` has no row"));
             } else if flag.raised {
                 self.raise_by(&flag.name, MONITOR, flag.reason, flag.measured);
             } else {
@@ -47,21 +47,22 @@ impl World {
     }
 
     fn watch_the_monitor(&mut self) -> Option<Time> {
-        let began = *self.watches_since.get_or_insert(self.now.time);
+        let began = *self.monitor.watches_since.get_or_insert(self.now.time);
         if let Some(until) = self.looks_first_until() {
             return Some(until);
         }
-        let seen_at = match self.vehicle {
-            Some(vehicle) if vehicle.flying => vehicle.seen_at,
+        let seen_at = match self.seen.vehicle {
+            Some(vehicle) if vehicle.flying => vehicle.heard.at,
             // Not seen since this process was started, and it flew before.
-            None if self.was_flying => began,
+            None if self.seen.was_flying => began,
             _ => return None,
         };
-        let lost_from = seen_at + self.limits.introspection;
+        let lost_from = seen_at + self.setup.limits.introspection;
         if self.now.time < lost_from {
             return Some(lost_from);
         }
-        let (silent_s, limit_s) = ((self.now.time - seen_at).as_secs_f64(), self.limits.introspection.as_secs_f64());
+        let (silent_s, limit_s) =
+            ((self.now.time - seen_at).as_secs_f64(), self.setup.limits.introspection.as_secs_f64());
         let measured = Measured::new(silent_s, limit_s, Unit::Second);
         self.raise_by(INTROSPECTION_LOST, SELF, "the monitor is silent", measured);
         None
@@ -69,6 +70,6 @@ impl World {
 
     /// A transition action flies, or no longer does.
     pub(crate) fn set_in_transition(&mut self, flies: bool) {
-        self.in_transition = flies;
+        self.answer.in_transition = flies;
     }
 }

@@ -104,9 +104,9 @@ impl World {
     /// Whether the vehicle flies, and nobody else flies it: by a status, and what the skill manager says, from since it has lifted off, which
     /// would tell; of those that are silent no more is to be expected.
     pub(crate) fn flies_unattended(&self) -> bool {
-        let (Some(vehicle), Some(since)) = (self.vehicle, self.flies_since) else { return false };
+        let (Some(vehicle), Some(since)) = (self.seen.vehicle, self.seen.flies_since) else { return false };
         let is_told = since <= vehicle.status_at.min(self.control.told_at)
-            || status_limit(self.limits.pace) <= self.now.time - since;
+            || status_limit(self.setup.limits.pace) <= self.now.time - since;
         vehicle.flying && is_told && !self.is_flown_by_other()
     }
 
@@ -140,7 +140,7 @@ impl World {
 
     /// Notices who flies.
     pub(super) fn watch_control(&mut self) {
-        let Some(vehicle) = self.vehicle else { return };
+        let Some(vehicle) = self.seen.vehicle else { return };
         let stands = !vehicle.armed && !vehicle.flying;
         let told_at = vehicle.status_at.min(self.control.told_at);
         let is_known = |it: &Taking| it.flown.is_some_and(|at| at < told_at);
@@ -185,7 +185,7 @@ impl World {
             let why = "the autopilot has ended a takeoff or a landing by itself".to_owned();
             self.say("contingency", format!("waits for an operator: {why}"));
             self.planner.withdraw(&why);
-            self.unplanned_landing.get_or_insert(UnplannedLanding { since: self.now.time, why });
+            self.landings.unplanned_landing.get_or_insert(UnplannedLanding { since: self.now.time, why });
         }
     }
 
@@ -199,14 +199,14 @@ impl World {
         if self.mission.over.is_none() {
             let why = "somebody else has flown the vehicle".to_owned();
             self.planner.withdraw(&why);
-            self.unplanned_landing.get_or_insert(UnplannedLanding { since: self.now.time, why });
+            self.landings.unplanned_landing.get_or_insert(UnplannedLanding { since: self.now.time, why });
         }
     }
 
     /// The frame that the places of the mission are in, for as long as one is under way.
     pub(super) fn mission_frame(&self) -> Option<Frame> {
         let is_begun = self.mission.started_s.is_some() || self.control.is_remembered;
-        let is_under_way = self.mission.over.is_none() || self.was_flying;
+        let is_under_way = self.mission.over.is_none() || self.seen.was_flying;
         self.control.frame.filter(|_| is_begun && is_under_way)
     }
 
@@ -223,7 +223,7 @@ impl World {
 
     /// Notices a local frame that is another one than before.
     fn watch_frame(&mut self) {
-        let Some(vehicle) = self.vehicle else { return };
+        let Some(vehicle) = self.seen.vehicle else { return };
         let (epoch, origin) = (vehicle.frame_epoch, vehicle.origin);
         let Some(Frame { epoch: before, origin: reference }) = self.control.frame else {
             self.control.frame = Some(Frame { epoch, origin });
@@ -236,8 +236,8 @@ impl World {
         let was_begun = self.mission.started_s.is_some() || self.control.is_remembered;
         self.control.awaits_comparison &= is_same.is_none();
         if before != epoch || is_another {
-            self.confirmed = ConfirmedState::default();
-            self.blocked_sites.clear();
+            self.seen.confirmed = ConfirmedState::default();
+            self.landings.blocked_sites.clear();
             self.planner.withdraw("the autopilot's local frame moved");
             if !was_begun && !vehicle.flying {
                 // Nothing was planned in the frame before.
@@ -276,15 +276,15 @@ impl World {
             return Err(format!("{why}; order an abort, which lands it where it is"));
         }
         self.lower(FRAME_MOVED);
-        self.control.frame = self.vehicle.map(|it| Frame { epoch: it.frame_epoch, origin: it.origin });
+        self.control.frame = self.seen.vehicle.map(|it| Frame { epoch: it.frame_epoch, origin: it.origin });
         Ok(true)
     }
 
     /// Sends the effects of this wake: requests first, then messages that are only read.
     pub(crate) fn flush(&mut self) {
-        let (now, Limits { request_timeout, skill_silence, .. }) = (self.now.time, self.limits);
-        self.skills.flush(self.now.time, self.sending(), request_timeout, &mut self.outbox);
-        self.skills.tend(now, skill_silence, request_timeout, &mut self.outbox);
+        let (now, Limits { request_timeout, skill_silence, .. }) = (self.now.time, self.setup.limits);
+        self.skills.flush(self.now.time, self.sending(), request_timeout, &mut self.out.outbox);
+        self.skills.tend(now, skill_silence, request_timeout, &mut self.out.outbox);
     }
 }
 

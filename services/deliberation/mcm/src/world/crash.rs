@@ -16,28 +16,28 @@ pub(super) struct Crash {
 impl World {
     /// The vehicle has crashed.
     pub(super) fn note_crash(&mut self, why: &str) {
-        self.crash.get_or_insert(Crash { why: why.to_owned(), is_inspected: false });
+        self.landings.crash.get_or_insert(Crash { why: why.to_owned(), is_inspected: false });
     }
 
     /// The vehicle flies: a later crash is another one.
     pub(super) fn forget_inspected_crash(&mut self) {
-        self.crash.take_if(|it| it.is_inspected);
+        self.landings.crash.take_if(|it| it.is_inspected);
     }
 
     /// Why the vehicle has to be inspected before anything starts.
     pub(super) fn uninspected_crash(&self) -> Option<&str> {
-        self.crash.as_ref().filter(|it| !it.is_inspected).map(|it| &*it.why)
+        self.landings.crash.as_ref().filter(|it| !it.is_inspected).map(|it| &*it.why)
     }
 
     /// Whether nothing starts because of a crash: it is inspected first, and started by an operator then.
     pub(super) fn may_not_start_after_crash(&self) -> bool {
-        self.crash.as_ref().is_some_and(|it| !it.is_inspected || !self.operator.has_started())
+        self.landings.crash.as_ref().is_some_and(|it| !it.is_inspected || !self.people.operator.has_started())
     }
 
     /// An operator says that the vehicle was inspected and may fly.
     pub(super) fn inspected(&mut self) -> Result<String, String> {
-        let stands = self.vehicle.is_some_and(|it| !it.flying && !it.armed);
-        match &mut self.crash {
+        let stands = self.seen.vehicle.is_some_and(|it| !it.flying && !it.armed);
+        match &mut self.landings.crash {
             Some(crash) if !crash.is_inspected && stands => crash.is_inspected = true,
             Some(crash) if !crash.is_inspected => return Err("the vehicle is not seen on the ground, disarmed".into()),
             _ => return Err("no crash of the vehicle waits for an inspection".into()),

@@ -13,12 +13,12 @@ impl World {
     /// Decides by what is believed now, and records what is new. Every leaf of this tick acts by it.
     pub(super) fn take_decision(&mut self) {
         let now = self.decision_now();
-        let before = std::mem::replace(&mut self.decision, now);
-        self.permits.take();
+        let before = std::mem::replace(&mut self.answer.decision, now);
+        self.answer.permits.take();
         self.say_narrowing(before.narrowing);
-        for (row, waits) in &self.decision.waits {
+        for (row, waits) in &self.answer.decision.waits {
             if before.waits.get(row) != Some(waits) {
-                self.journal.decided(self.now, Entry::Waits(*row, *waits));
+                self.out.journal.decided(self.now, Entry::Waits(*row, *waits));
             }
         }
     }
@@ -26,12 +26,12 @@ impl World {
     /// What would be decided now, as between two ticks.
     fn decision_now(&self) -> Decision {
         let raised: Vec<Raised> = self.raised().collect();
-        decide(self.table.rows(), &raised, Moment { situation: self.situation(), phase: self.flight_phase() })
+        decide(self.setup.table.rows(), &raised, Moment { situation: self.situation(), phase: self.flight_phase() })
     }
 
     /// The row that responds at this tick; `None`: the nominal flight continues.
     pub(crate) fn responder(&self) -> Option<usize> {
-        self.decision.responder
+        self.answer.decision.responder
     }
 
     /// The row that would respond now: after an order, and before the tick decides.
@@ -43,35 +43,36 @@ impl World {
     pub(super) fn raised(&self) -> impl Iterator<Item = Raised> + Clone {
         self.flags.rows_up().map(move |row| Raised {
             row,
-            overrides: self.operator.overrides(self.flags.name(row)),
+            overrides: self.people.operator.overrides(self.flags.name(row)),
             is_overridden: self.flags.is_overridden(row),
-            under_way: self.response.as_ref().filter(|it| it.row == row).map(|it| self.severity(it)),
+            under_way: self.answer.response.as_ref().filter(|it| it.row == row).map(|it| self.severity(it)),
         })
     }
 
     /// Whether the response of `row` has begun and not ended.
     pub(crate) fn is_under_way(&self, row: usize) -> bool {
-        self.response.as_ref().is_some_and(|it| it.row == row)
+        self.answer.response.as_ref().is_some_and(|it| it.row == row)
     }
 
     /// The row whose response is under way.
     pub(super) fn response_row(&self) -> Option<usize> {
-        self.response.as_ref().map(|it| it.row)
+        self.answer.response.as_ref().map(|it| it.row)
     }
 
     /// The action that is flown, or tried next, and those after it; none without a response.
     pub(super) fn actions_left(&self) -> &[Action] {
-        let left = self.response.as_ref().and_then(|it| self.table.rows()[it.row].actions.get(it.action..));
+        let left =
+            self.answer.response.as_ref().and_then(|it| self.setup.table.rows()[it.row].actions.get(it.action..));
         left.unwrap_or_default()
     }
 
     /// The row whose response is under way, as long as its flag is up.
     pub(super) fn responding(&self) -> Option<usize> {
-        self.response.as_ref().map(|it| it.row).filter(|row| self.flags.row_is_up(*row))
+        self.answer.response.as_ref().map(|it| it.row).filter(|row| self.flags.row_is_up(*row))
     }
 
     pub(super) fn severity(&self, response: &ActiveResponse) -> Severity {
-        self.table.rows()[response.row].actions.get(response.action).map_or(Severity::Hold, |it| it.severity)
+        self.setup.table.rows()[response.row].actions.get(response.action).map_or(Severity::Hold, |it| it.severity)
     }
 
     /// Whether a response is under way that brings the vehicle down.
@@ -81,12 +82,12 @@ impl World {
 
     /// Records what is forbidden from now on, and what no longer is.
     fn say_narrowing(&mut self, before: Narrowing) {
-        let now = self.decision.narrowing;
+        let now = self.answer.decision.narrowing;
         if before == now {
             return;
         }
-        let here = self.vehicle.map(|it| it.position);
-        self.no_landing_at = now.no_landing_here.and(self.no_landing_at.or(here));
+        let here = self.seen.vehicle.map(|it| it.position);
+        self.landings.no_landing_at = now.no_landing_here.and(self.landings.no_landing_at.or(here));
         for what in Narrows::ALL {
             match (before.by(what), now.by(what)) {
                 (None, Some(row)) => self.say_narrowed(what, row),
@@ -103,7 +104,7 @@ impl World {
         let meaning = match what {
             Narrows::NoNewArea => "no area is entered in which the vehicle is not already".to_owned(),
             Narrows::NoLandingHere => "no landing where the vehicle is".to_owned(),
-            Narrows::Slow => format!("no faster than {:.1} m/s", self.limits.slow_speed_m_s),
+            Narrows::Slow => format!("no faster than {:.1} m/s", self.setup.limits.slow_speed_m_s),
         };
         let text = format!("`{}`: {}, {meaning}", self.flags.name(row), what.name());
         let said = Said::new(CONTINGENCY, DecisionKind::Note, text).about(row).led_to_by(Cause::Raised(row));

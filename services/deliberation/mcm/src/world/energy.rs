@@ -14,20 +14,20 @@ const HOUR_S: f64 = 3600.0;
 impl World {
     /// Compares what the battery gives with what the figures say, for as long as the vehicle flies.
     pub(super) fn measure_consumption(&mut self) {
-        let Some(vehicle) = self.vehicle.filter(|it| it.flying) else {
-            self.consumption = Default::default();
+        let Some(vehicle) = self.seen.vehicle.filter(|it| it.flying) else {
+            self.seen.consumption = Default::default();
             return;
         };
         let Some(power_w) = vehicle.power_w else { return };
         let wind = vehicle.wind.map_or(Wind::CALM, |(north_m_s, east_m_s)| Wind::Towards { north_m_s, east_m_s });
         let over_ground = (vehicle.velocity.north_m_s, vehicle.velocity.east_m_s);
-        let expected_w = self.limits.energy.flight_w(over_ground, vehicle.velocity.climb_rate_m_s(), wind);
-        self.consumption.measure(vehicle.seen_at, power_w, expected_w);
+        let expected_w = self.setup.limits.energy.flight_w(over_ground, vehicle.velocity.climb_rate_m_s(), wind);
+        self.seen.consumption.measure(vehicle.heard.at, power_w, expected_w);
     }
 
     /// How far the battery suffices; `None` on the ground, and while the charge is not known.
     pub(super) fn told_energy(&self) -> Option<v1::EnergyOutlook> {
-        let vehicle = self.vehicle.filter(|it| it.flying)?;
+        let vehicle = self.seen.vehicle.filter(|it| it.flying)?;
         let energy = self.energy();
         let budget = energy.budget(vehicle.charge?);
         let left_wh = budget.charge_wh - budget.capacity_wh * budget.reserve.get();
@@ -54,7 +54,7 @@ impl World {
         Some(v1::EnergyOutlook {
             charge_wh: budget.charge_wh,
             usable_wh: budget.usable_wh,
-            consumption: self.consumption.ratio(),
+            consumption: self.seen.consumption.ratio(),
             wind: match self.wind() {
                 Wind::Towards { north_m_s, east_m_s } => Some(v1::WindEstimate { north_m_s, east_m_s }),
                 Wind::Against(_) => None,
@@ -70,7 +70,7 @@ impl World {
     /// more for each second that leads away from home, in W.
     fn leaving_home_w(&self) -> f64 {
         let (energy, wind, speeds) = (self.energy(), self.wind(), self.limits_in_wind().speeds);
-        let Some(vehicle) = self.vehicle else { return energy.hover_wh(HOUR_S, wind) };
+        let Some(vehicle) = self.seen.vehicle else { return energy.hover_wh(HOUR_S, wind) };
         let (here, velocity) = (vehicle.position, vehicle.velocity);
         let home_m = here.horizontal_distance_m(Ned::default());
         let away_m_s = match 1.0 < home_m {
@@ -88,10 +88,10 @@ impl World {
     /// takes no more than the way home is never too far; what an operator overrides may cost the reserve. Nothing is judged
     /// where the charge is not known.
     pub(super) fn too_far_to_land(&self, site: Ned, overrides: bool) -> Option<Shortfall> {
-        let vehicle = self.vehicle?;
+        let vehicle = self.seen.vehicle?;
         let budget = self.energy().budget(vehicle.charge?);
         let needs_wh = self.landing_flight_wh(vehicle.position, site, self.clear_height_m(vehicle.position));
-        let home_wh = self.landing_flight_wh(vehicle.position, Ned::default(), self.limits.return_height_m);
+        let home_wh = self.landing_flight_wh(vehicle.position, Ned::default(), self.setup.limits.return_height_m);
         let (beyond_all, beyond_reserve) = (budget.without_reserve().shortfall(needs_wh), budget.shortfall(needs_wh));
         beyond_all.or(beyond_reserve.filter(|_| !overrides && home_wh < needs_wh))
     }

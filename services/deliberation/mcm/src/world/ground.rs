@@ -19,34 +19,35 @@ pub(super) struct UnplannedLanding {
 impl World {
     /// Notices a landing and what follows from it.
     pub(super) fn watch_for_the_ground(&mut self) {
-        let Some(vehicle) = self.vehicle else { return };
+        let Some(vehicle) = self.seen.vehicle else { return };
         // A plan of this manager is flown by now: what was flown before it counts no more.
-        self.landed_by_plan = self.landed_by_plan.filter(|_| self.planner.step().is_none());
-        self.landing_from = self.lands_by_plan().then(|| self.landing_from.unwrap_or(vehicle.position.at_height(0.0)));
+        self.landings.landed_by_plan = self.landings.landed_by_plan.filter(|_| self.planner.step().is_none());
+        self.landings.landing_from =
+            self.lands_by_plan().then(|| self.landings.landing_from.unwrap_or(vehicle.position.at_height(0.0)));
         if self.remembers_flight() {
             self.forget_other_mission();
         }
         let is_flying = self.is_flying();
-        let was_flying = std::mem::replace(&mut self.was_flying, is_flying);
+        let was_flying = std::mem::replace(&mut self.seen.was_flying, is_flying);
         if is_flying {
             // Near the ground a land detector that bounces looks like a flight.
             if !self.is_near_ground() {
-                self.unplanned_landing = None;
+                self.landings.unplanned_landing = None;
             }
-            if self.vehicle.is_some_and(|it| it.armed) {
+            if self.seen.vehicle.is_some_and(|it| it.armed) {
                 self.forget_inspected_crash();
             }
             if !was_flying {
-                self.news.of_monitor.lifts_off();
+                self.monitor.news.of_monitor.lifts_off();
             }
         } else if was_flying && self.is_on_ground() {
             self.touched_down();
         }
         let since = |before: Option<Time>, holds: bool| before.or(Some(self.now.time)).filter(|_| holds);
-        let stands = |armed| self.vehicle.is_some_and(|it| !it.flying && it.armed == armed);
-        self.armed_on_ground_since = since(self.armed_on_ground_since, stands(true));
-        self.at_rest_since = since(self.at_rest_since, stands(false));
-        self.flies_since = since(self.flies_since, is_flying);
+        let stands = |armed| self.seen.vehicle.is_some_and(|it| !it.flying && it.armed == armed);
+        self.seen.armed_on_ground_since = since(self.seen.armed_on_ground_since, stands(true));
+        self.seen.at_rest_since = since(self.seen.at_rest_since, stands(false));
+        self.seen.flies_since = since(self.seen.flies_since, is_flying);
         if self.has_settled() {
             self.let_flags_fall_on_ground();
             self.end_where_nothing_is_left();
@@ -57,17 +58,18 @@ impl World {
 
     /// Whether the status of `vehicle` is so old that its motors and its mode may have changed since.
     pub(crate) fn is_status_silent(&self, vehicle: &Vehicle) -> bool {
-        status_limit(self.limits.pace) < self.now.time - vehicle.status_at
+        status_limit(self.setup.limits.pace) < self.now.time - vehicle.status_at
     }
 
     fn touched_down(&mut self) {
         // Not who responds from now on, on the ground: who did until now.
         let brought_down = self.responding();
         let is_here =
-            |began: Ned| self.vehicle.is_some_and(|it| it.position.horizontal_distance_m(began) < SAME_SITE_M);
+            |began: Ned| self.seen.vehicle.is_some_and(|it| it.position.horizontal_distance_m(began) < SAME_SITE_M);
         // Elsewhere somebody else has landed it meanwhile.
-        let is_planned = brought_down.is_none() && (self.lands_by_plan() || self.landed_by_plan.is_some_and(is_here));
-        if is_planned || self.mission.over.is_some() || self.unplanned_landing.is_some() {
+        let is_planned =
+            brought_down.is_none() && (self.lands_by_plan() || self.landings.landed_by_plan.is_some_and(is_here));
+        if is_planned || self.mission.over.is_some() || self.landings.unplanned_landing.is_some() {
             return;
         }
         let why = match brought_down.map(|row| self.flags.name(row)) {
@@ -75,12 +77,12 @@ impl World {
             None => "landed although nothing had ordered it".to_owned(),
         };
         self.planner.withdraw(&why);
-        self.unplanned_landing = Some(UnplannedLanding { since: self.now.time, why });
+        self.landings.unplanned_landing = Some(UnplannedLanding { since: self.now.time, why });
     }
 
     /// Where the landing of a step began that is flown, or was before a restart.
     pub(super) fn landing_by_plan(&self) -> Option<Ned> {
-        self.landed_by_plan.or(self.landing_from)
+        self.landings.landed_by_plan.or(self.landings.landing_from)
     }
 
     /// Whether what is flown is the landing of a step.

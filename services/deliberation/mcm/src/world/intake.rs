@@ -27,14 +27,14 @@ impl World {
     pub(crate) fn take_in(&mut self, message: Message) {
         let topic = message.topic();
         if let Err(invalid) = self.parse_and_take_in(message) {
-            self.outbox.refuse(topic, invalid);
+            self.out.outbox.refuse(topic, invalid);
         }
     }
 
     /// The monitor of `vehicle` was started.
     pub(crate) fn monitor_started(&mut self, vehicle: &str) {
         if vehicle == self.mission.vehicle_name {
-            self.news.of_monitor.monitor_started();
+            self.monitor.news.of_monitor.monitor_started();
         }
     }
 
@@ -42,14 +42,14 @@ impl World {
         let now = self.now.time;
         match message {
             Message::Introspection(mut introspection) => {
-                self.monitor_spoke = Some(now);
-                let vehicle = Vehicle::from_wire(now, &introspection, &mut self.flight);
-                self.told.hear(&introspection, now);
+                self.monitor.spoke = Some(now);
+                let vehicle = Vehicle::from_wire(now, &introspection, &mut self.seen.flight);
+                self.monitor.told.hear(&introspection, now);
                 let flags = std::mem::take(&mut introspection.flags).into_iter();
                 let undecided = std::mem::take(&mut introspection.undecided_flags).into_iter().collect();
-                self.news.compare(Level { up: flags.map(listed).collect(), undecided });
+                self.monitor.news.compare(Level { up: flags.map(listed).collect(), undecided });
                 if let Some(vehicle) = vehicle? {
-                    self.news.add_vehicle(vehicle);
+                    self.monitor.news.add_vehicle(vehicle);
                 }
             }
             Message::SkillEvent(event) => {
@@ -62,8 +62,9 @@ impl World {
                     }
                     _ => {}
                 }
-                self.confirmed.learn_from(now, &event);
-                self.vehicle = self.vehicle.map(|vehicle| self.confirmed.correct(vehicle, now, &self.limits));
+                self.seen.confirmed.learn_from(now, &event);
+                self.seen.vehicle =
+                    self.seen.vehicle.map(|vehicle| self.seen.confirmed.correct(vehicle, now, &self.setup.limits));
             }
             Message::SkillControl(control) => self.told_who_flies(control.flown_by_other),
             Message::SkillFeedback(feedback) => {
@@ -75,29 +76,29 @@ impl World {
                 let is_whole = ledger.after_area.is_empty() && ledger.through_area.is_empty();
                 let ledger: Vec<Permission> = permission::ledger(ledger)?;
                 if self.permissions.on_tower(now, tower_start) {
-                    self.airspace_watch.invalidate();
+                    self.watch.airspace.invalidate();
                     self.say("permission", "the control tower was started again".to_owned());
                 }
-                let pace = self.limits.pace;
+                let pace = self.setup.limits.pace;
                 let Taken { decided, refused, to_ask } = self.permissions.on_ledger(self.now, pace, ledger);
                 if is_whole {
                     self.permissions.on_whole_ledger();
                 }
                 for decided in decided {
-                    self.airspace_watch.invalidate();
+                    self.watch.airspace.invalidate();
                     let said = Said::new("permission", DecisionKind::PermissionDecided, decided.to_string());
                     let asked = Cause::Asked(decided.area.clone());
                     self.record(said.about_area(decided.area).led_to_by(asked));
                 }
                 for (area, refusal) in refused {
-                    self.outbox.refuse(Topic::PermissionLedger, format_args!("area {area}: {refusal}"));
+                    self.out.outbox.refuse(Topic::PermissionLedger, format_args!("area {area}: {refusal}"));
                     if self.permissions.is_news(&area, &refusal) {
                         self.say("permission", format!("area {area}: a permission is not believed: {refusal}"));
                     }
                 }
                 for line in to_ask {
                     let (now, by) = (self.now.time, self.needed_by());
-                    if self.permissions.doubt(now, &line, by, &self.limits, &mut self.outbox) {
+                    if self.permissions.doubt(now, &line, by, &self.setup.limits, &mut self.out.outbox) {
                         self.record(asking_about(line));
                     }
                 }
@@ -109,8 +110,8 @@ impl World {
 
     /// Takes in the reply to a call, or why there is none.
     pub(crate) fn take_reply(&mut self, call: CallId, result: Result<Response, CallError>) {
-        let Some(purpose) = self.outbox.purpose(call) else { return };
-        let (now, timeout) = (self.now.time, self.limits.request_timeout);
+        let Some(purpose) = self.out.outbox.purpose(call) else { return };
+        let (now, timeout) = (self.now.time, self.setup.limits.request_timeout);
         match purpose {
             Purpose::StartSkill(id) => {
                 let reply = result.map(|response| match response {
@@ -118,25 +119,27 @@ impl World {
                     Response::Skill(reply) => Reply::Refused(reply.refusal),
                     _ => Reply::Refused("the skill manager answered something else".into()),
                 });
-                self.skills.on_reply(now, &id, reply, timeout, &mut self.outbox);
+                self.skills.on_reply(now, &id, reply, timeout, &mut self.out.outbox);
             }
             Purpose::SkillTable => {
                 if let Ok(Response::SkillTable(table)) = result {
                     match table.skills.into_iter().map(SkillEvent::try_from).collect::<Result<Vec<_>, _>>() {
                         Ok(table) => self.skills.on_table(now, &table),
-                        Err(invalid) => self.outbox.refuse(Service::SkillTable, invalid),
+                        Err(invalid) => self.out.outbox.refuse(Service::SkillTable, invalid),
                     }
                 }
             }
             Purpose::Replan(id) => {
                 let (basis, state) = (self.basis(), self.planning_state());
-                let (present, moved_m) = (basis.clone(), self.limits.arrival_radius_m);
+                let (present, moved_m) = (basis.clone(), self.setup.limits.arrival_radius_m);
                 let holds = |question: &Question| state.is_some_and(|state| question.holds(&state, &present, moved_m));
-                let approval =
-                    ApprovalPolicy { plans: self.limits.plan_approval, limit: self.limits.plan_approval_limit };
+                let approval = ApprovalPolicy {
+                    plans: self.setup.limits.plan_approval,
+                    limit: self.setup.limits.plan_approval_limit,
+                };
                 let reply = plan_reply(result);
                 if let Err(NoAnswer::Invalid(invalid)) = &reply {
-                    self.outbox.refuse(Service::Replan, invalid);
+                    self.out.outbox.refuse(Service::Replan, invalid);
                 }
                 let words = self.planner.on_plan(now, &id, reply, timeout, (basis, holds), approval);
                 if let Some((kind, words)) = words {

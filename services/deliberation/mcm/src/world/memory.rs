@@ -93,7 +93,7 @@ impl World {
     fn take_mission_of_file(&mut self) {
         if let Some((_, of_file)) = self.memory.of_another.take() {
             *self.planner.mission_mut() = of_file;
-            self.airspace_watch.invalidate();
+            self.watch.airspace.invalidate();
         }
     }
 

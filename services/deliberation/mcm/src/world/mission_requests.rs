@@ -51,7 +51,7 @@ impl World {
             return self.answer(token, v1::MissionReply { accepted: true, text, ..Default::default() });
         }
         let id = &request.request_id;
-        if let Some(reply) = self.requests.answers.get(id.as_str()) {
+        if let Some(reply) = self.people.requests.answers.get(id.as_str()) {
             return self.answer(token, reply.clone());
         }
         self.ask_what_it_comes_to(token, request, 1);
@@ -59,7 +59,7 @@ impl World {
 
     /// Whether the reply to this request comes once the planner has answered.
     pub(crate) fn answers_later(&self, token: Token) -> bool {
-        self.requests.open.values().any(|it| it.token == token)
+        self.people.requests.open.values().any(|it| it.token == token)
     }
 
     fn ask_what_it_comes_to(&mut self, token: Token, request: v1::MissionRequest, tries: u32) {
@@ -74,16 +74,16 @@ impl World {
             is_flown: self.mission.report.is_none() && !next_waits,
             next_waits,
         };
-        self.requests.last += 1;
+        self.people.requests.last += 1;
         let mission = self.planner.mission();
         let (version, flown) = (mission.version(), mission.flown());
-        self.requests.open.insert(self.requests.last, Open { token, request, version, flown, tries });
-        self.outbox.call(Purpose::Edit(self.requests.last), Request::Edit(edit), LIMIT);
+        self.people.requests.open.insert(self.people.requests.last, Open { token, request, version, flown, tries });
+        self.out.outbox.call(Purpose::Edit(self.people.requests.last), Request::Edit(edit), LIMIT);
     }
 
     /// The planner has answered request `number`, or has not.
     pub(super) fn take_edit_reply(&mut self, number: u64, result: Result<Response, CallError>) {
-        let Some(open) = self.requests.open.remove(&number) else { return };
+        let Some(open) = self.people.requests.open.remove(&number) else { return };
         let refused = |text: String| v1::MissionReply { text, ..Default::default() };
         let edited = match result {
             Ok(Response::Edit(edited)) => edited,
@@ -101,13 +101,13 @@ impl World {
         let taken = match is_outdated {
             true => Err("the mission goes on faster than it can be changed: try again".to_owned()),
             false => self.change_mission(edited, open.flown).map_err(|invalid| {
-                self.outbox.refuse(Service::Edit, &invalid);
+                self.out.outbox.refuse(Service::Edit, &invalid);
                 format!("the planner gave an invalid answer: {invalid}")
             }),
         };
         let reply = taken.map_or_else(refused, |()| reply);
         if !open.request.request_id.is_empty() {
-            self.requests.answers.remember(open.request.request_id, reply.clone());
+            self.people.requests.answers.remember(open.request.request_id, reply.clone());
         }
         self.answer(open.token, reply);
     }
@@ -121,7 +121,7 @@ impl World {
         let is_another = voids_plan && self.mission.report.is_some();
         self.planner.on_change(course, areas, flown, voids_plan);
         self.mission.is_next_uploaded |= is_another;
-        self.airspace_watch.invalidate();
+        self.watch.airspace.invalidate();
         Ok(())
     }
 

@@ -90,65 +90,110 @@ const SELF: &str = "mcm";
 /// Everything that leaves may ask and order.
 pub(crate) struct World {
     now: Now,
-    limits: Limits,
-    table: Arc<Contingencies>,
-    library: Arc<Library<World>>,
-    /// Messages that the monitor leaf has not taken in yet.
-    news: News,
-    /// What monitors have told, for one that is started again and for this process after a restart.
-    told: Told,
-    vehicle: Option<Vehicle>,
-    flight: FlightJudge,
-    confirmed: ConfirmedState,
+    setup: Setup,
+    monitor: Monitor,
+    seen: Seen,
     flags: Flags,
     skills: Skills,
     planner: Planner,
     permissions: Permissions,
     mission: Mission,
-    operator: Operator,
-    requests: MissionRequests,
+    people: People,
     memory: Memory,
-    airspace_watch: AirspaceWatch,
-    alternates: Alternates,
     control: Control,
-    /// What the flight takes against the vehicle's figures.
-    consumption: Consumption,
-    flight_watch: FlightWatch,
-    /// The response that is under way.
-    response: Option<ActiveResponse>,
-    /// Where it flies, with its row.
-    response_way: Option<(usize, ResponseWay)>,
-    /// What the vehicle may do with its permissions, once it was asked at this wake.
-    permits: OnceCell<Permits>,
-    /// What was decided at this tick.
-    decision: Decision,
-    /// The response that is under way has no landing in reach without areas that are held and that a flag forbids to enter: it may.
-    needs_held_areas: bool,
-    /// Where the vehicle was when a flag rose that forbids to land there.
-    no_landing_at: Option<Ned>,
-    /// Whether the vehicle was in the air when it was known last, also before a restart.
-    was_flying: bool,
-    /// What was flown before a restart was the landing of a step, which began here over the ground.
-    landed_by_plan: Option<Ned>,
-    /// The landing of a step that is flown began here.
-    landing_from: Option<Ned>,
-    /// Since when the monitor is waited for.
+    watch: Watch,
+    answer: Answer,
+    landings: Landings,
+    out: Out,
+}
+
+/// What the manager was started with.
+struct Setup {
+    limits: Limits,
+    table: Arc<Contingencies>,
+    library: Arc<Library<World>>,
+}
+
+/// What the monitor tells, and whether it does.
+#[derive(Default)]
+struct Monitor {
+    /// Messages that the monitor leaf has not taken in yet.
+    news: News,
+    /// What monitors have told, for one that is started again and for this process after a restart.
+    told: Told,
+    /// Since when it is waited for.
     watches_since: Option<Time>,
     /// When an introspection arrived last, whatever it knew.
-    monitor_spoke: Option<Time>,
+    spoke: Option<Time>,
+}
+
+/// What is known of the vehicle.
+struct Seen {
+    /// As it was heard last.
+    vehicle: Option<Vehicle>,
+    flight: FlightJudge,
+    confirmed: ConfirmedState,
+    /// What the flight takes against the vehicle's figures.
+    consumption: Consumption,
+    /// Whether it was in the air when it was known last, also before a restart.
+    was_flying: bool,
     /// Since when it is on the ground, with its motors on and with its motors off.
     armed_on_ground_since: Option<Time>,
     at_rest_since: Option<Time>,
     /// Since when it is known to fly.
     flies_since: Option<Time>,
+}
+
+/// What is watched while it flies.
+#[derive(Default)]
+struct Watch {
+    airspace: AirspaceWatch,
+    alternates: Alternates,
+    progress: FlightWatch,
+}
+
+/// What was decided, and the response that follows from it.
+#[derive(Default)]
+struct Answer {
+    /// What was decided at this tick.
+    decision: Decision,
+    /// What the vehicle may do with its permissions, once it was asked at this wake.
+    permits: OnceCell<Permits>,
+    /// The response that is under way.
+    response: Option<ActiveResponse>,
+    /// Where it flies, with its row.
+    response_way: Option<(usize, ResponseWay)>,
+    /// It has no landing in reach without areas that are held and that a flag forbids to enter: it may enter them.
+    needs_held_areas: bool,
+    /// A transition action flies.
+    in_transition: bool,
+}
+
+/// Landings that were not planned, that have failed, and that are under way.
+#[derive(Default)]
+struct Landings {
+    /// Where the vehicle was when a flag rose that forbids to land there.
+    no_landing_at: Option<Ned>,
+    /// What was flown before a restart was the landing of a step, which began here over the ground.
+    landed_by_plan: Option<Ned>,
+    /// The landing of a step that is flown began here.
+    landing_from: Option<Ned>,
     unplanned_landing: Option<UnplannedLanding>,
     crash: Option<Crash>,
     /// Where landings have failed.
     blocked_sites: Vec<Ned>,
-    /// A transition action flies.
-    in_transition: bool,
-    /// What it tells of the time since the mission was begun.
-    clock: MissionClock,
+}
+
+/// What people have ordered, and what they have uploaded.
+#[derive(Default)]
+struct People {
+    operator: Operator,
+    requests: MissionRequests,
+}
+
+/// What is to be sent and recorded.
+#[derive(Default)]
+struct Out {
     outbox: Outbox,
     journal: Journal,
 }
@@ -166,6 +211,8 @@ struct Mission {
     is_next_uploaded: bool,
     /// It is another flight's, and the tree has not begun again for it yet.
     begins_again: bool,
+    /// What it tells of the time since the mission was begun.
+    clock: MissionClock,
 }
 
 /// How the mission ended.
@@ -184,60 +231,43 @@ impl World {
         table: Contingencies,
         library: Arc<Library<World>>,
     ) -> World {
+        let mission = Mission { vehicle_name: vehicle_name.to_owned(), ..Mission::default() };
         World {
             now: Now::default(),
-            limits,
             flags: Flags::of(&table),
-            table: Arc::new(table),
-            library,
-            news: News::default(),
-            told: Told::default(),
-            vehicle: None,
-            flight: FlightJudge::new(limits.pace),
-            confirmed: ConfirmedState::default(),
+            seen: Seen {
+                vehicle: None,
+                flight: FlightJudge::new(limits.pace),
+                confirmed: ConfirmedState::default(),
+                consumption: Consumption::default(),
+                was_flying: false,
+                armed_on_ground_since: None,
+                at_rest_since: None,
+                flies_since: None,
+            },
+            setup: Setup { limits, table: Arc::new(table), library },
+            monitor: Monitor::default(),
             skills: Skills::new(instance),
             planner: Planner::new(instance),
             permissions: Permissions::new(vehicle_name, instance),
-            mission: Mission { vehicle_name: vehicle_name.to_owned(), ..Mission::default() },
-            operator: Operator::default(),
-            requests: MissionRequests::default(),
+            mission,
+            people: People::default(),
             memory: Memory::default(),
-            airspace_watch: AirspaceWatch::default(),
-            alternates: Alternates::default(),
             control: Control::default(),
-            consumption: Consumption::default(),
-            flight_watch: FlightWatch::default(),
-            response: None,
-            response_way: None,
-            permits: OnceCell::new(),
-            decision: Decision::default(),
-            needs_held_areas: false,
-            no_landing_at: None,
-            was_flying: false,
-            landed_by_plan: None,
-            landing_from: None,
-            watches_since: None,
-            monitor_spoke: None,
-            armed_on_ground_since: None,
-            at_rest_since: None,
-            flies_since: None,
-            unplanned_landing: None,
-            crash: None,
-            blocked_sites: Vec::new(),
-            in_transition: false,
-            clock: MissionClock::default(),
-            outbox: Outbox::default(),
-            journal: Journal::default(),
+            watch: Watch::default(),
+            answer: Answer::default(),
+            landings: Landings::default(),
+            out: Out::default(),
         }
     }
 
     /// Sets the present moment.
     pub(crate) fn set_now(&mut self, now: Now) {
         self.now = now;
-        self.clock.pass(now, self.limits.pace);
-        self.permissions.pass(now, self.limits.pace);
+        self.mission.clock.pass(now, self.setup.limits.pace);
+        self.permissions.pass(now, self.setup.limits.pace);
         self.permissions.know_areas(self.planner.areas());
-        self.permits.take();
+        self.answer.permits.take();
     }
 
     /// Mission time.
@@ -247,12 +277,12 @@ impl World {
 
     /// The parameters.
     pub(crate) fn limits(&self) -> &Limits {
-        &self.limits
+        &self.setup.limits
     }
 
     /// The trees that steps are made from.
     pub(crate) fn library(&self) -> &Arc<Library<World>> {
-        &self.library
+        &self.setup.library
     }
 
     /// Records in words what is no choice between alternatives.
@@ -262,7 +292,7 @@ impl World {
 
     /// Records a decision.
     pub(crate) fn record(&mut self, said: Said) {
-        self.journal.decided(self.now, Entry::Said(said));
+        self.out.journal.decided(self.now, Entry::Said(said));
     }
 
     /// How far a skill has come; `None` once it is forgotten.
@@ -277,22 +307,22 @@ impl World {
 
     /// The vehicle as it was heard last.
     pub(crate) fn vehicle(&self) -> Option<&Vehicle> {
-        self.vehicle.as_ref()
+        self.seen.vehicle.as_ref()
     }
 
     /// Whether the vehicle is known to fly.
     pub(crate) fn is_flying(&self) -> bool {
-        self.vehicle.is_some_and(|it| it.flying)
+        self.seen.vehicle.is_some_and(|it| it.flying)
     }
 
     /// Whether the vehicle flies, or has not been heard since a restart and flew before.
     pub(crate) fn may_fly(&self) -> bool {
-        self.vehicle.map_or(self.was_flying, |it| it.flying)
+        self.seen.vehicle.map_or(self.seen.was_flying, |it| it.flying)
     }
 
     /// Whether the vehicle is known to stand on the ground.
     pub(crate) fn is_on_ground(&self) -> bool {
-        self.vehicle.is_some_and(|it| !it.flying)
+        self.seen.vehicle.is_some_and(|it| !it.flying)
     }
 
     /// Why the mission is over, if it is.
@@ -314,35 +344,35 @@ impl World {
 
     /// Publishes the decisions of this wake.
     pub(crate) fn publish_decisions(&mut self) {
-        for record in self.journal.records(self.now, &self.flags, &self.table) {
-            let at_s = self.clock.seconds(record.at_s);
-            self.outbox.publish(v1::DecisionRecord { at_s, ..record.into() });
+        for record in self.out.journal.records(self.now, &self.flags, &self.setup.table) {
+            let at_s = self.mission.clock.seconds(record.at_s);
+            self.out.outbox.publish(v1::DecisionRecord { at_s, ..record.into() });
         }
     }
 
     /// Publishes a message.
     pub(crate) fn publish(&mut self, message: impl Into<Message>) {
-        self.outbox.publish(message);
+        self.out.outbox.publish(message);
     }
 
     /// Answers a request.
     pub(crate) fn reply(&mut self, token: Token, response: Response) {
-        self.outbox.reply(token, response);
+        self.out.outbox.reply(token, response);
     }
 
     /// Whether nothing is to be sent.
     pub(crate) fn has_nothing_to_send(&self) -> bool {
-        self.outbox.is_empty()
+        self.out.outbox.is_empty()
     }
 
     /// Moves everything that is to be sent to `effects`.
     pub(crate) fn drain_into(&mut self, effects: &mut Vec<Effect>) {
-        self.outbox.drain_into(effects);
+        self.out.outbox.drain_into(effects);
     }
 
     /// When something is due here, apart from the tree.
     pub(crate) fn deadline(&self) -> Option<Time> {
-        self.skills.deadline(self.limits.skill_silence)
+        self.skills.deadline(self.setup.limits.skill_silence)
     }
 
     /// The step that a permission is needed for that is asked for now.

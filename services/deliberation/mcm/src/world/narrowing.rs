@@ -36,7 +36,7 @@ pub(crate) struct NarrowedGoal {
 impl World {
     /// What is narrowed since the flags were taken in last.
     pub(crate) fn narrowing(&self) -> Narrowing {
-        self.decision.narrowing
+        self.answer.decision.narrowing
     }
 
     /// The goal of the present step as it may be flown now: slower, or as a hold before what flags forbid. `present`: what the
@@ -48,7 +48,7 @@ impl World {
             }
             Goal::Land | Goal::Takeoff { .. } | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } => wanted,
         };
-        let Some(here) = self.vehicle.filter(|it| it.flying).map(|it| it.position) else {
+        let Some(here) = self.seen.vehicle.filter(|it| it.flying).map(|it| it.position) else {
             return NarrowedGoal { goal, barrier: None };
         };
         match self.barrier(here, goal, present) {
@@ -70,7 +70,7 @@ impl World {
         if goal == Goal::Land && self.landing_forbidden_by(here).is_some() {
             return Some((Barrier::Landing, here));
         }
-        self.decision.narrowing.no_new_area?;
+        self.answer.decision.narrowing.no_new_area?;
         let utc_ms = self.now.utc_ms;
         if let Some(Barrier::Area(name)) = present
             && self.planner.areas().iter().any(|it| it.name == *name && it.is_active(utc_ms))
@@ -79,17 +79,17 @@ impl World {
         }
         let (to, speeds) = match goal {
             Goal::Position { target, speed_limit_m_s, .. } => {
-                (target, Speeds { cruise_m_s: speed_limit_m_s, ..self.limits.flight.speeds })
+                (target, Speeds { cruise_m_s: speed_limit_m_s, ..self.setup.limits.flight.speeds })
             }
             Goal::Land => {
                 let (step, ..) = self.planner.step()?;
-                (here.at_height(step.reaches.position.height_m()), self.limits.flight.speeds)
+                (here.at_height(step.reaches.position.height_m()), self.setup.limits.flight.speeds)
             }
             Goal::Takeoff { .. } | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } => return None,
         };
         let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
         let grants = self.permits().to_begin();
-        let breach = self.airspace(&grants, self.limits.leave_lead).first_breach(here, to, motion)?;
+        let breach = self.airspace(&grants, self.setup.limits.leave_lead).first_breach(here, to, motion)?;
         let at = match goal {
             Goal::Land => here,
             _ => self.before(here, to, &breach).unwrap_or(here),
@@ -99,7 +99,7 @@ impl World {
 
     /// Where to stop on the way from `here` to `target`, before this breach; `None`: that is not worth flying.
     pub(super) fn before(&self, here: Ned, target: Ned, breach: &Breach) -> Option<Ned> {
-        let allowed_m = here.distance_m(breach.at) - self.limits.transition.stand_off_m;
+        let allowed_m = here.distance_m(breach.at) - self.setup.limits.transition.stand_off_m;
         (WORTH_FLYING_M <= allowed_m).then(|| here.towards(target, allowed_m / here.distance_m(target)))
     }
 
@@ -107,9 +107,9 @@ impl World {
     pub(crate) fn say_held(&mut self, barrier: Option<&Barrier>) {
         let by = match barrier {
             None => return self.say("step", "goes on: no flag forbids it any more"),
-            Some(Barrier::Area(area)) => (self.decision.narrowing.no_new_area, format!("before area {area}")),
+            Some(Barrier::Area(area)) => (self.answer.decision.narrowing.no_new_area, format!("before area {area}")),
             Some(Barrier::Landing) => {
-                (self.decision.narrowing.no_landing_here, "over the place of the landing".to_owned())
+                (self.answer.decision.narrowing.no_landing_here, "over the place of the landing".to_owned())
             }
         };
         let (Some(row), place) = by else { return };
@@ -120,19 +120,19 @@ impl World {
     /// A step has held before this for as long as it may: why it fails. The next plan does without the area.
     pub(crate) fn give_up_before(&mut self, barrier: &Barrier) -> String {
         let (row, what) = match barrier {
-            Barrier::Area(area) => (self.decision.narrowing.no_new_area, format!("area {area} is not entered")),
-            Barrier::Landing => (self.decision.narrowing.no_landing_here, "no landing here".to_owned()),
+            Barrier::Area(area) => (self.answer.decision.narrowing.no_new_area, format!("area {area} is not entered")),
+            Barrier::Landing => (self.answer.decision.narrowing.no_landing_here, "no landing here".to_owned()),
         };
         let why = row.map_or_else(String::new, |row| format!("`{}` is up", self.flags.name(row)));
         if let Barrier::Area(area) = barrier {
             self.permissions.withhold(area, why.clone());
         }
-        format!("{what}: {why}, for {} s", self.limits.barrier_limit.as_secs_f64())
+        format!("{what}: {why}, for {} s", self.setup.limits.barrier_limit.as_secs_f64())
     }
 
     /// When a step that holds before what a flag forbids from now on is given up.
     pub(crate) fn barrier_ends(&self) -> Time {
-        self.now.time + self.limits.barrier_limit
+        self.now.time + self.setup.limits.barrier_limit
     }
 
     /// Straight up by the configured height, no higher than a flight without a plan may be; `None`: it is as high, or on the ground.
@@ -140,9 +140,9 @@ impl World {
     /// # Errors
     /// Why that may not be flown.
     pub(crate) fn climb(&self) -> Result<Option<Goal>, String> {
-        let vehicle = self.vehicle.ok_or("the vehicle's position is not known")?;
+        let vehicle = self.seen.vehicle.ok_or("the vehicle's position is not known")?;
         let (here, limits) = (vehicle.position, self.flight_limits());
-        let height_m = (here.height_m() + self.limits.climb_by_m).min(limits.highest_m);
+        let height_m = (here.height_m() + self.setup.limits.climb_by_m).min(limits.highest_m);
         if self.flight_phase() == Phase::OnGround || height_m - here.height_m() < WORTH_FLYING_M {
             return Ok(None);
         }
@@ -159,7 +159,7 @@ impl World {
     ///
     /// The position goal holds at its target, so that a transition never ends by itself.
     pub(crate) fn transition_goal(&self) -> Option<Goal> {
-        let vehicle = self.vehicle?;
+        let vehicle = self.seen.vehicle?;
         if self.is_about_to_lift_off() || self.touches_in_landing() {
             return Some(Goal::Land);
         }
@@ -167,7 +167,7 @@ impl World {
         let Some(Goal::Position { target, speed_limit_m_s, yaw_rad, .. }) = self.planner.interrupted_goal() else {
             return Some(Goal::Stop);
         };
-        let speed_m_s = self.slowed(self.limits.transition.speed_m_s.min(speed_limit_m_s));
+        let speed_m_s = self.slowed(self.setup.limits.transition.speed_m_s.min(speed_limit_m_s));
         let target = match self.breach_on_way(here, target, speed_m_s) {
             Some(breach) => self.before(here, target, &breach),
             None => Some(target).filter(|it| WORTH_FLYING_M <= here.distance_m(*it)),

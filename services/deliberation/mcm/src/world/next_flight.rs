@@ -22,7 +22,7 @@ impl World {
             Some(INSPECT_FIRST)
         } else if !self.mission.is_next_uploaded || self.planner.mission().is_settled() {
             Some("upload the next mission to fly again")
-        } else if !self.is_on_ground() || self.vehicle.is_none_or(|it| it.armed) {
+        } else if !self.is_on_ground() || self.seen.vehicle.is_none_or(|it| it.armed) {
             Some("the vehicle is not seen on the ground, disarmed")
         } else {
             None
@@ -44,10 +44,10 @@ impl World {
         self.begin_anew();
         self.mission.begins_again = true;
         self.planner.forget_flight();
-        (self.response, self.response_way, self.no_landing_at) = (None, None, None);
-        self.in_transition = false;
+        (self.answer.response, self.answer.response_way, self.landings.no_landing_at) = (None, None, None);
+        self.answer.in_transition = false;
         self.count_what_is_still_listed();
-        self.blocked_sites.clear();
+        self.landings.blocked_sites.clear();
         Ok(format!("the next mission starts: `{}`", self.planner.status().mission))
     }
 
@@ -60,18 +60,18 @@ impl World {
         }
         self.begin_anew();
         self.restore_taking(false);
-        self.landed_by_plan = None;
+        self.landings.landed_by_plan = None;
     }
 
     /// Nothing has begun, ended or been ordered yet; the frame is that of now, and its time begins.
     fn begin_anew(&mut self) {
-        let vehicle_name = std::mem::take(&mut self.mission.vehicle_name);
-        self.mission = Mission { vehicle_name, ..Mission::default() };
-        self.operator = Operator::of_next_flight(std::mem::take(&mut self.operator));
+        let Mission { vehicle_name, clock, .. } = std::mem::take(&mut self.mission);
+        self.mission = Mission { vehicle_name, clock, ..Mission::default() };
+        self.people.operator = Operator::of_next_flight(std::mem::take(&mut self.people.operator));
         self.forget_frame();
         self.permissions.begin_flight();
-        (self.unplanned_landing, self.was_flying) = (None, false);
-        self.clock.begin(self.now);
+        (self.landings.unplanned_landing, self.seen.was_flying) = (None, false);
+        self.mission.clock.begin(self.now);
     }
 
     /// Flags that are up by orders, or by the manager itself, and belong to a flight that is over. Those that the monitor raises stay for

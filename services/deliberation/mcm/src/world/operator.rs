@@ -46,7 +46,7 @@ impl World {
     /// Obeys `command` if the state allows it. `ended`: the tree has ended.
     pub(crate) fn obey(&mut self, command: v1::OperatorCommand, ended: bool) -> v1::OperatorReply {
         let v1::OperatorCommand { request_id, operator, verb } = command;
-        if let Some(reply) = self.operator.answers.get(&request_id) {
+        if let Some(reply) = self.people.operator.answers.get(&request_id) {
             return reply.clone();
         }
         let by = if operator.is_empty() { "the operator".to_owned() } else { operator };
@@ -73,7 +73,7 @@ impl World {
         let kind = if reply.done { DecisionKind::OrderAccepted } else { DecisionKind::OrderRefused };
         self.record(Said::new("operator", kind, format!("{by}: {name}: {outcome}{}", reply.text)));
         if !request_id.is_empty() {
-            self.operator.answers.remember(request_id, reply.clone());
+            self.people.operator.answers.remember(request_id, reply.clone());
         }
         reply
     }
@@ -96,7 +96,7 @@ impl World {
         self.accept_loss()?;
         self.accept_frame()?;
         self.take_control_back(by);
-        self.operator.has_started = true;
+        self.people.operator.has_started = true;
         self.go_ahead();
         Ok("the mission starts".into())
     }
@@ -119,7 +119,7 @@ impl World {
         if !(self.is_flying() && (self.is_paused() || is_left)) {
             self.refuse_if_over(ended)?;
         }
-        if self.unplanned_landing.is_some() {
+        if self.landings.unplanned_landing.is_some() {
             // One order is enough, also where the vehicle touched down during a pause.
             if self.is_paused() {
                 self.no_longer_ordered(PAUSE);
@@ -145,7 +145,7 @@ impl World {
         }
         let is_over = |row: &usize| {
             let holds = self.flags.get(self.flags.name(*row)).is_some_and(|it| it.holds());
-            self.table.rows()[*row].clears == Clears::WithCondition && !holds
+            self.setup.table.rows()[*row].clears == Clears::WithCondition && !holds
         };
         Ok(match self.next_responder().filter(|it| !is_over(it)) {
             None if is_frame_forgotten => {
@@ -155,7 +155,7 @@ impl World {
             }
             None => "goes on with a new plan".into(),
             Some(other) if self.over().is_some() => format!("no longer holds; {} goes on", self.what_it_does(other)),
-            Some(other) if self.table.rows()[other].then != Then::Resume => {
+            Some(other) if self.setup.table.rows()[other].then != Then::Resume => {
                 format!("no longer holds; {} goes on, and ends the mission", self.what_it_does(other))
             }
             Some(other) => format!("goes on once `{}` is over", self.flags.name(other)),
@@ -174,7 +174,7 @@ impl World {
     /// `to` or not. It does not fly there, since an operator who wants it on the ground must never see it lift off.
     fn stay_down(&mut self, here: Ned, to: Ned, order: Order) -> Outcome {
         self.refuse_if_over(order.ended)?;
-        if self.unplanned_landing.is_none() {
+        if self.landings.unplanned_landing.is_none() {
             self.refuse_if_not_under_way(order.ended)?;
         }
         if matches!(self.skills.present(), Some((Goal::Takeoff { .. }, _))) {
@@ -199,7 +199,7 @@ impl World {
         if self.is_near_ground() {
             return self.land_at_once(order);
         }
-        match self.vehicle.filter(|it| !it.flying) {
+        match self.seen.vehicle.filter(|it| !it.flying) {
             Some(vehicle) => self.stay_down(vehicle.position, Ned::default(), order),
             // One that was not heard yet may be in the air; on the ground the order ends the mission there.
             None => self.order(RETURN, order, "flies home, lands and ends the mission"),
@@ -211,7 +211,7 @@ impl World {
         if FARTHEST_M < site.horizontal_distance_m(Ned::default()) {
             return Err(format!("the site is farther than {FARTHEST_M} m from the origin"));
         }
-        let vehicle = self.vehicle.ok_or("where the vehicle is, is not known")?;
+        let vehicle = self.seen.vehicle.ok_or("where the vehicle is, is not known")?;
         if !vehicle.flying {
             return self.stay_down(vehicle.position, site, order);
         }
@@ -230,7 +230,7 @@ impl World {
         if !has_way && needed.is_empty() {
             return Err("there is no way to that place that keeps out of areas that may not be entered".into());
         }
-        let is_another = self.operator.landing_site.replace(site) != Some(site);
+        let is_another = self.people.operator.landing_site.replace(site) != Some(site);
         if is_another {
             // It is not the same order again if it names another place.
             self.lower(LAND);
@@ -286,19 +286,19 @@ impl World {
             return Err(format!("the contingency table has no row `{flag}`"));
         };
         let is_up = self.flags.get(flag).is_some_and(|it| it.holds());
-        let overrides_already = self.operator.overrides(flag);
+        let overrides_already = self.people.operator.overrides(flag);
         let takes_back = self.take_control_back(order.by);
         for other in ORDERS {
             if other != flag && self.flags.is_up(other) {
                 self.lower(other);
-                self.operator.landing_site.take_if(|_| other == LAND);
+                self.people.operator.landing_site.take_if(|_| other == LAND);
                 self.say("operator", format!("`{other}` is replaced by `{flag}`"));
             }
         }
         self.raise(flag, SOURCE, format!("ordered by {}", order.by));
         let without_override = self.next_responder().filter(|it| *it != row);
         if order.overrides {
-            self.operator.overriding = Some(flag.to_owned());
+            self.people.operator.overriding = Some(flag.to_owned());
             self.flags.override_all();
         }
         let first = self.next_responder().filter(|it| *it != row);
@@ -329,13 +329,16 @@ impl World {
 
     /// What the row of `flag` does if its first action fails.
     fn what_follows(&self, flag: &str) -> String {
-        let actions =
-            self.table.row(flag).map(|row| row.actions.iter().skip(1).map(|it| it.tree.as_str()).collect::<Vec<_>>());
+        let actions = self
+            .setup
+            .table
+            .row(flag)
+            .map(|row| row.actions.iter().skip(1).map(|it| it.tree.as_str()).collect::<Vec<_>>());
         actions.unwrap_or_default().join(", else ")
     }
 
     fn what_it_does(&self, row: usize) -> String {
-        let row = &self.table.rows()[row];
+        let row = &self.setup.table.rows()[row];
         format!("`{}` ({})", row.flag, row.response())
     }
 
@@ -345,7 +348,7 @@ impl World {
         for source in raised.into_iter().flatten() {
             self.flags.condition_gone(flag, &source);
         }
-        self.operator.no_longer_overrides(flag);
+        self.people.operator.no_longer_overrides(flag);
     }
 
     pub(super) fn refuse_if_over(&self, ended: bool) -> Result<(), String> {

@@ -36,49 +36,60 @@ pub enum UnusableState {
 impl World {
     /// The state of this manager, which was started with the mission of identity `configured`.
     pub(crate) fn persist(&self, configured: &str) -> v1::McmMemory {
-        let flag = |(name, flag): (&str, &crate::flags::Flag)| v1::RememberedFlag {
+        let mut memory = v1::McmMemory {
+            configured: self.memory.flown_file().unwrap_or(configured).to_owned(),
+            started: self.people.operator.has_started(),
+            landing_site: self.people.operator.landing_site().map(Into::into),
+            overriding: self.people.operator.overriding().unwrap_or_default().to_owned(),
+            flags: self.flags_to_remember(),
+            loss: self.memory.health().loss.clone().map(Into::into),
+            decisions: self.permissions.stored(),
+            decision_numbers: self.out.journal.ceiling(),
+            tower_start: self.permissions.tower_start(),
+            flight: self.permissions.flight().to_owned(),
+            planned_for: self.planner.planned_for(),
+            ..self.flight_to_remember()
+        };
+        self.planner.mission().persist(&mut memory);
+        memory
+    }
+
+    fn flags_to_remember(&self) -> Vec<v1::RememberedFlag> {
+        let remembered = |(name, flag): (&str, &crate::flags::Flag)| v1::RememberedFlag {
             name: name.to_owned(),
             reason: flag.reason().to_owned(),
             sources: flag.sources().map(str::to_owned).collect(),
             acknowledged_by: flag.acknowledged_by().unwrap_or_default().to_owned(),
             overridden: flag.overridden(),
         };
+        self.flags.iter().map(remembered).collect()
+    }
+
+    fn flight_to_remember(&self) -> v1::McmMemory {
         let (outcome, reason) = match self.mission.over.clone() {
             Some(over) => (over.outcome.into(), over.reason),
             None => (v1::MissionOutcome::Unspecified, String::new()),
         };
-        let mut memory = v1::McmMemory {
-            configured: self.memory.flown_file().unwrap_or(configured).to_owned(),
-            started: self.operator.has_started(),
-            flags: self.flags.iter().map(flag).collect(),
-            landing_site: self.operator.landing_site().map(Into::into),
+        let crash = self.landings.crash.as_ref();
+        v1::McmMemory {
             outcome: outcome as i32,
             reason,
             report: self.mission.report.clone().map(Into::into),
-            unplanned_landing: self.unplanned_landing.as_ref().map(|it| it.why.clone()).unwrap_or_default(),
-            overriding: self.operator.overriding().unwrap_or_default().to_owned(),
-            loss: self.memory.health().loss.clone().map(Into::into),
-            decisions: self.permissions.stored(),
-            decision_numbers: self.journal.ceiling(),
             is_next: self.mission.is_next_uploaded,
-            began_utc_ms: self.clock.began_utc_ms(),
-            clock_set_by_ms: self.clock.set_by_ms(),
-            tower_start: self.permissions.tower_start(),
-            flight: self.permissions.flight().to_owned(),
-            flying: self.was_flying,
-            lands_by_plan: self.was_flying && self.landing_by_plan().is_some(),
-            lands_at: self.landing_by_plan().filter(|_| self.was_flying).map(Into::into),
-            frame: self.mission_frame().map(Into::into),
+            began_utc_ms: self.mission.clock.began_utc_ms(),
+            clock_set_by_ms: self.mission.clock.set_by_ms(),
             started_s: self.mission.started_s,
-            told: Some(v1::ToldByMonitor { flight_s: 0.0, ..self.told.to_wire(self.now.time) }),
+            unplanned_landing: self.landings.unplanned_landing.as_ref().map(|it| it.why.clone()).unwrap_or_default(),
+            crash: crash.map(|it| it.why.clone()).unwrap_or_default(),
+            is_crash_inspected: crash.is_some_and(|it| it.is_inspected),
+            flying: self.seen.was_flying,
+            lands_by_plan: self.seen.was_flying && self.landing_by_plan().is_some(),
+            lands_at: self.landing_by_plan().filter(|_| self.seen.was_flying).map(Into::into),
+            frame: self.mission_frame().map(Into::into),
             takes_control: self.takes_control(),
-            planned_for: self.planner.planned_for(),
-            crash: self.crash.as_ref().map(|it| it.why.clone()).unwrap_or_default(),
-            is_crash_inspected: self.crash.as_ref().is_some_and(|it| it.is_inspected),
+            told: Some(v1::ToldByMonitor { flight_s: 0.0, ..self.monitor.told.to_wire(self.now.time) }),
             ..v1::McmMemory::default()
-        };
-        self.planner.mission().persist(&mut memory);
-        memory
+        }
     }
 
     /// Continues from `memory`; to be called before anything else. The numbers of the tower's decisions, those of the manager's own, and a crash
@@ -89,9 +100,9 @@ impl World {
     /// Why the rest of the state cannot be used; nothing else is changed then.
     pub(crate) fn resume(&mut self, configured: &str, mut memory: v1::McmMemory) -> Result<(), UnusableState> {
         let grants = self.permissions.restore(&memory.decisions, memory.tower_start);
-        self.journal.number_above(memory.decision_numbers);
+        self.out.journal.number_above(memory.decision_numbers);
         let (why, is_inspected) = (std::mem::take(&mut memory.crash), memory.is_crash_inspected);
-        self.crash = (!why.is_empty()).then_some(Crash { why, is_inspected });
+        self.landings.crash = (!why.is_empty()).then_some(Crash { why, is_inspected });
         let is_of_another = memory.configured != configured;
         if is_of_another && !(memory.flying && memory.report.is_none()) {
             return Err(UnusableState::OfAnotherMission);
@@ -105,26 +116,17 @@ impl World {
             v1::MissionOutcome::Unspecified => None,
             outcome => Some(MissionOutcome::try_from(outcome)?),
         };
-        let report = memory.report.map(MissionReport::try_from).transpose()?;
-        let overriding = Some(memory.overriding).filter(|it| !it.is_empty());
-        self.permissions.go_on_with(memory.flight);
+        let report = memory.report.take().map(MissionReport::try_from).transpose()?;
+        let overriding = Some(std::mem::take(&mut memory.overriding)).filter(|it| !it.is_empty());
+        self.permissions.go_on_with(std::mem::take(&mut memory.flight));
         self.restore_frame(frame);
-        (self.was_flying, self.landed_by_plan) = (memory.flying, lands_at.filter(|_| memory.lands_by_plan));
         let of_file = std::mem::replace(self.planner.mission_mut(), mission);
         if !is_of_another {
             self.planner.restore_planned_for(memory.planned_for);
         }
-        self.clock = MissionClock::resumed(memory.began_utc_ms, memory.clock_set_by_ms);
-        self.mission.started_s = memory.started_s.filter(|it| it.is_finite());
-        self.operator = Operator::restored(memory.started, landing_site, overriding);
-        self.told = Told::remembered(memory.told.unwrap_or_default());
-        let why = Some(memory.unplanned_landing).filter(|it| !it.is_empty());
-        self.unplanned_landing = why.map(|why| UnplannedLanding { since: self.now.time, why });
-        if let Some(outcome) = outcome {
-            self.mission.over = Some(Over { outcome, reason: memory.reason });
-            self.mission.report = report;
-            self.mission.is_next_uploaded = memory.is_next;
-        }
+        self.people.operator = Operator::restored(memory.started, landing_site, overriding);
+        let over = outcome.map(|outcome| Over { outcome, reason: std::mem::take(&mut memory.reason) });
+        self.resume_flight(&memory, over, report, lands_at);
         for flag in memory.flags {
             self.restore_flag(flag);
         }
@@ -141,6 +143,26 @@ impl World {
         Ok(())
     }
 
+    fn resume_flight(
+        &mut self,
+        memory: &v1::McmMemory,
+        over: Option<Over>,
+        report: Option<MissionReport>,
+        lands_at: Option<Ned>,
+    ) {
+        self.seen.was_flying = memory.flying;
+        self.landings.landed_by_plan = lands_at.filter(|_| memory.lands_by_plan);
+        let why = Some(memory.unplanned_landing.clone()).filter(|it| !it.is_empty());
+        self.landings.unplanned_landing = why.map(|why| UnplannedLanding { since: self.now.time, why });
+        self.monitor.told = Told::remembered(memory.told.clone().unwrap_or_default());
+        self.mission.clock = MissionClock::resumed(memory.began_utc_ms, memory.clock_set_by_ms);
+        self.mission.started_s = memory.started_s.filter(|it| it.is_finite());
+        if over.is_some() {
+            (self.mission.over, self.mission.report) = (over, report);
+            self.mission.is_next_uploaded = memory.is_next;
+        }
+    }
+
     /// A flag that the monitor had raised, or that was injected, is up until an introspection says otherwise.
     fn restore_flag(&mut self, mut flag: v1::RememberedFlag) {
         let Some(row) = self.flags.number(&flag.name) else {
@@ -151,7 +173,7 @@ impl World {
         if flag.sources.iter().any(|it| !own(it)) {
             flag.sources.retain(own);
             flag.sources.push(MONITOR.to_owned());
-            self.news.of_monitor.expect(&flag.name);
+            self.monitor.news.of_monitor.expect(&flag.name);
         }
         let text = format!("flag `{}` is up since before the mission manager was started again", flag.name);
         let said = Said::new(CONTINGENCY, DecisionKind::ContingencyRaised, text).about(row);
@@ -159,7 +181,7 @@ impl World {
         let acknowledged_by = Some(flag.acknowledged_by).filter(|it| !it.is_empty());
         if flag.name == AUTOPILOT_PREEMPTS {
             // Once its reason has been judged, the status alone does not tell it any more.
-            self.flight.remember_pre_emption();
+            self.seen.flight.remember_pre_emption();
             if flag.sources.iter().all(|it| it != SELF) {
                 flag.sources.push(SELF.to_owned());
             }

@@ -28,15 +28,15 @@ fn aside(here: Ned) -> impl Iterator<Item = Ned> {
 impl World {
     /// A landing at the vehicle's place did not come down.
     pub(crate) fn landing_failed_here(&mut self) {
-        if let Some(vehicle) = &self.vehicle {
-            self.blocked_sites.push(vehicle.position);
+        if let Some(vehicle) = &self.seen.vehicle {
+            self.landings.blocked_sites.push(vehicle.position);
         }
     }
 
     /// How many landings have failed at `place`.
     pub(super) fn failed_landings_at(&self, place: Ned) -> u32 {
         let is_there = |it: &&Ned| it.horizontal_distance_m(place) < SAME_SITE_M;
-        self.blocked_sites.iter().filter(is_there).count() as u32
+        self.landings.blocked_sites.iter().filter(is_there).count() as u32
     }
 
     /// Where a landing has failed `here`: places beside it, near ones first, at which none has, and where one is allowed. To hover
@@ -51,21 +51,21 @@ impl World {
 
     /// The height at which a response flies home or to another place to land at: that of returns, or higher where the vehicle is higher.
     pub(crate) fn transit_height_m(&self, here: Ned) -> f64 {
-        self.clear_height_m(here).max(self.limits.return_height_m)
+        self.clear_height_m(here).max(self.setup.limits.return_height_m)
     }
 
     /// The height to fly at from `here`: the present one, or more where that is low over the origin or a landing site.
     pub(crate) fn clear_height_m(&self, here: Ned) -> f64 {
         let near = self.sites().filter(|it| it.horizontal_distance_m(here) < NEAR_SITE_M);
         let ground_m = near.map(|it| it.height_m()).fold(0.0, f64::max);
-        here.height_m().max(ground_m + self.limits.flight.least_height_m)
+        here.height_m().max(ground_m + self.setup.limits.flight.least_height_m)
     }
 
     pub(super) fn sites(&self) -> impl Iterator<Item = Ned> {
         let on_ground = self.planner.status().objectives.iter().filter(|it| !it.objective.flying);
         let of_mission = self.mission_sites().iter().map(|it| it.position);
         let of_mission = of_mission.chain(on_ground.map(|it| it.objective.position));
-        [Ned::default()].into_iter().chain(self.operator.landing_site()).chain(of_mission)
+        [Ned::default()].into_iter().chain(self.people.operator.landing_site()).chain(of_mission)
     }
 
     /// The sites of the mission.
@@ -76,6 +76,6 @@ impl World {
 
     /// The operator's landing site.
     pub(crate) fn landing_site(&self) -> Option<Ned> {
-        self.operator.landing_site()
+        self.people.operator.landing_site()
     }
 }

@@ -38,7 +38,7 @@ impl World {
         let now = self.now.time;
         let due = match self.planner.request() {
             PlanRequest::Proposed(_, until) if *until <= now => {
-                self.decide_plan(self.limits.plan_approval_default, "nobody has decided in time");
+                self.decide_plan(self.setup.limits.plan_approval_default, "nobody has decided in time");
                 return PlanProgress::Changed;
             }
             PlanRequest::Proposed(_, until) => return PlanProgress::Awaited(Some(*until)),
@@ -58,9 +58,9 @@ impl World {
         }
         if let Some(viewpoint) = self.viewpoint_of_plans() {
             let known = (self.basis(), self.permits().to_begin());
-            let (moved_m, timeout) = (self.limits.arrival_radius_m, self.limits.request_timeout);
-            self.planner.ask_for_plan(viewpoint, known, moved_m, timeout, &mut self.outbox);
-            self.mission.started_s.get_or_insert(self.clock.seconds(now.as_secs_f64()));
+            let (moved_m, timeout) = (self.setup.limits.arrival_radius_m, self.setup.limits.request_timeout);
+            self.planner.ask_for_plan(viewpoint, known, moved_m, timeout, &mut self.out.outbox);
+            self.mission.started_s.get_or_insert(self.mission.clock.seconds(now.as_secs_f64()));
         }
         PlanProgress::Awaited(None)
     }
@@ -124,7 +124,7 @@ impl World {
     /// The state that plans are made from; `None` until the vehicle is known, on the ground with its battery: nothing takes off
     /// without.
     pub(super) fn planning_state(&self) -> Option<State> {
-        let vehicle = self.vehicle.filter(|it| it.flying || it.charge.is_some())?;
+        let vehicle = self.seen.vehicle.filter(|it| it.flying || it.charge.is_some())?;
         Some(State {
             position: vehicle.position,
             flying: vehicle.flying,
@@ -142,13 +142,13 @@ impl World {
 
     /// Now, by the mission's clock.
     pub(super) fn mission_now(&self) -> Now {
-        Now { time: self.clock.mission_time(self.now.time), utc_ms: self.now.utc_ms }
+        Now { time: self.mission.clock.mission_time(self.now.time), utc_ms: self.now.utc_ms }
     }
 
     /// Where the vehicle's local frame has its origin. An estimator keeps it in flight, so a vehicle that is armed and says nothing has not
     /// lost it.
     pub(super) fn origin(&self) -> Option<Origin> {
-        let vehicle = self.vehicle?;
+        let vehicle = self.seen.vehicle?;
         vehicle.origin.or_else(|| self.planner.planned_from().filter(|_| vehicle.armed))
     }
 }

@@ -13,13 +13,13 @@ impl World {
     /// Why this action of the response that is under way cannot be flown now: something is missing that it needs, or a flag forbids it.
     /// The one rule for every action; the last one of a response is tried whatever is missing.
     pub(crate) fn why_impossible(&self, action: usize) -> Option<String> {
-        let rows = self.table.rows();
+        let rows = self.setup.table.rows();
         let actions = &rows[self.response_row()?].actions;
         let wanted = actions.get(action).filter(|_| action + 1 < actions.len())?;
         if let Some((need, row)) = missing(wanted, rows, self.flags.rows_up()) {
             return Some(format!("it needs {need}, and `{}` is up", self.flags.name(row)));
         }
-        let here = self.vehicle.filter(|_| wanted.severity == Severity::Land)?.position;
+        let here = self.seen.vehicle.filter(|_| wanted.severity == Severity::Land)?.position;
         Some(format!("no landing here while `{}` is up", self.landing_forbidden_by(here)?))
     }
 
@@ -29,7 +29,7 @@ impl World {
         const PATIENCE: Duration = Duration::from_secs(5);
         // The last one is flown whatever is missing.
         let [flown, _, ..] = self.actions_left() else { return None };
-        let (need, row) = missing(flown, self.table.rows(), self.flags.rows_up())?;
+        let (need, row) = missing(flown, self.setup.table.rows(), self.flags.rows_up())?;
         let name = self.flags.name(row);
         let age_s = age_s(self.flags.get(name)?, self.now.time);
         (PATIENCE.as_secs_f64() <= age_s).then(|| format!("it needs {need}, and `{name}` has been up for {age_s:.0} s"))
@@ -37,7 +37,7 @@ impl World {
 
     /// The flag because of which it is not known where the vehicle is, if one is up.
     pub(crate) fn position_is_missing(&self) -> Option<&Arc<str>> {
-        let rows = self.table.rows();
+        let rows = self.setup.table.rows();
         let row = self.flags.rows_up().find(|row| rows[*row].takes_away() == Some(Need::Position))?;
         Some(self.flags.name(row))
     }
@@ -45,7 +45,7 @@ impl World {
     /// Why the vehicle does not land here, in or over an area that forbids it: an action that comes later in the response flies to a
     /// landing that can be reached. `None`: it lands here.
     pub(crate) fn why_land_elsewhere(&self) -> Option<String> {
-        let ([_, later @ ..], Some(vehicle)) = (self.actions_left(), self.vehicle) else { return None };
+        let ([_, later @ ..], Some(vehicle)) = (self.actions_left(), self.seen.vehicle) else { return None };
         let flies = |it: &Action| it.needs.contains(&Need::Position);
         if !later.iter().any(flies) || self.position_is_missing().is_some() {
             return None;

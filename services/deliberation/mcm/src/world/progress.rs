@@ -61,7 +61,7 @@ impl World {
     /// Looks at the leg and at what is waited for.
     pub(super) fn watch_progress(&mut self) {
         let leg = self.present_leg();
-        let watch = &mut self.flight_watch;
+        let watch = &mut self.watch.progress;
         if watch.leg.map(|it| (it.skill_id, it.to)) != leg.map(|it| (it.skill_id, it.to)) {
             watch.leg = leg;
         }
@@ -73,20 +73,20 @@ impl World {
             && self.ending().is_none()
             && self.responding().is_none()
             && self.planner.lacks_a_way();
-        self.flight_watch.operator_since = since(self.flight_watch.operator_since, waits_for_operator);
-        self.flight_watch.plan_since = since(self.flight_watch.plan_since, waits_for_plan);
+        self.watch.progress.operator_since = since(self.watch.progress.operator_since, waits_for_operator);
+        self.watch.progress.plan_since = since(self.watch.progress.plan_since, waits_for_plan);
     }
 
     /// The leg of the skill that executes, as if it began here and now.
     fn present_leg(&self) -> Option<WatchedLeg> {
-        let vehicle = self.vehicle.filter(|it| it.flying)?;
+        let vehicle = self.seen.vehicle.filter(|it| it.flying)?;
         let (goal, skill_id) = self.skills.present().filter(|_| self.skills.has_shown_its_mode())?;
         let Goal::Position { target, speed_limit_m_s, hold_at_target, .. } = goal else { return None };
         let speeds = Speeds { cruise_m_s: speed_limit_m_s, ..self.limits_in_wind().speeds };
         let expected_s = speeds.time_s(vehicle.position, target) + START_AND_STOP_S;
         let expected_s = (!hold_at_target && expected_s.is_finite()).then_some(expected_s);
         let (from, velocity) = (vehicle.position, vehicle.velocity);
-        let braking_s = velocity.north_m_s.hypot(velocity.east_m_s) / (2.0 * self.limits.braking_m_s2);
+        let braking_s = velocity.north_m_s.hypot(velocity.east_m_s) / (2.0 * self.setup.limits.braking_m_s2);
         let turn = Ned::new(
             from.north_m + velocity.north_m_s * braking_s,
             from.east_m + velocity.east_m_s * braking_s,
@@ -97,8 +97,8 @@ impl World {
 
     /// What rules read; `None` on the ground.
     pub(super) fn told_progress(&self) -> Option<v1::FlightProgress> {
-        let vehicle = self.vehicle.filter(|it| it.flying)?;
-        let (watch, now) = (&self.flight_watch, self.now.time);
+        let vehicle = self.seen.vehicle.filter(|it| it.flying)?;
+        let (watch, now) = (&self.watch.progress, self.now.time);
         let since_s = |it: Option<Time>| it.map_or(0.0, |since| (now - since).as_secs_f64());
         Some(v1::FlightProgress {
             path_deviation_m: watch.leg.map(|it| it.deviation_m(vehicle.position)),

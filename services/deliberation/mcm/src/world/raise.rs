@@ -24,11 +24,11 @@ impl World {
         match self.flags.number(name) {
             None => {}
             // The touchdown that it is about stays what it was.
-            Some(row) if self.table.rows()[row].then == Then::Crashed && self.crash.is_some() => {}
+            Some(row) if self.setup.table.rows()[row].then == Then::Crashed && self.landings.crash.is_some() => {}
             Some(row) => {
                 let reason = reason.into();
                 if self.flags.raise(self.now.time, row, source.into(), reason.clone(), measured) {
-                    self.journal.decided(self.now, Entry::Raised(row, reason, measured));
+                    self.out.journal.decided(self.now, Entry::Raised(row, reason, measured));
                 }
             }
         }

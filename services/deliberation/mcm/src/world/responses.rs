@@ -71,7 +71,7 @@ impl World {
         if let Some(over) = &self.mission.over {
             return Some(format!("the mission is over: {}", over.reason));
         }
-        let row = self.responding().filter(|row| self.table.rows()[*row].then != Then::Resume)?;
+        let row = self.responding().filter(|row| self.setup.table.rows()[*row].then != Then::Resume)?;
         Some(format!("`{}` ends the mission", self.flags.name(row)))
     }
 
@@ -82,7 +82,7 @@ impl World {
 
     /// The response of a row begins.
     pub(crate) fn begin_response(&mut self, row: usize) {
-        self.response = Some(ActiveResponse {
+        self.answer.response = Some(ActiveResponse {
             row,
             action: 0,
             tries: 0,
@@ -95,20 +95,20 @@ impl World {
         });
         let phase = self.flight_phase();
         // One that only slows is in force beside it.
-        let others = self.flags.rows_up().filter(|it| *it != row && !self.table.rows()[*it].only_slows());
+        let others = self.flags.rows_up().filter(|it| *it != row && !self.setup.table.rows()[*it].only_slows());
         let others = others.take(MOST_REJECTED);
         let passed = others.map(|other| (other, self.why_passed(other, row, phase))).collect();
-        self.journal.decided(self.now, Entry::Responding(row, passed));
+        self.out.journal.decided(self.now, Entry::Responding(row, passed));
     }
 
     /// Why `other`, whose flag is up, does not respond when `row` begins to.
     fn why_passed(&self, other: usize, row: usize, phase: Phase) -> Passed {
-        let [passed, begun] = [other, row].map(|it| &self.table.rows()[it]);
+        let [passed, begun] = [other, row].map(|it| &self.setup.table.rows()[it]);
         if !passed.phases.contains(&phase) {
             Passed::OutOfPhase(phase)
         } else if passed.severity() < begun.severity() {
             Passed::LessSevere
-        } else if self.operator.overrides(self.flags.name(row)) && passed.may_be_overridden {
+        } else if self.people.operator.overrides(self.flags.name(row)) && passed.may_be_overridden {
             Passed::Overridden
         } else {
             Passed::LessUrgent
@@ -117,14 +117,14 @@ impl World {
 
     /// A skill is flown; if a response is under way, by its present try.
     fn note_flown(&mut self) {
-        if let Some(response) = &mut self.response {
+        if let Some(response) = &mut self.answer.response {
             response.has_flown = true;
         }
     }
 
     /// The next try of the response is one of `action`; returns when it may begin.
     pub(crate) fn await_try(&mut self, action: usize) -> Time {
-        let Some(response) = &mut self.response else { return self.now.time };
+        let Some(response) = &mut self.answer.response else { return self.now.time };
         if response.action != action {
             (response.action, response.tries, response.waits_since) = (action, 0, None);
         }
@@ -143,7 +143,7 @@ impl World {
         if runs_out && !is_asked {
             return false;
         }
-        let at_most = if runs_out { self.limits.permission_answer } else { Duration::MAX };
+        let at_most = if runs_out { self.setup.limits.permission_answer } else { Duration::MAX };
         self.may_wait(Duration::ZERO, at_most, &self.why_no_way(why, site))
     }
 
@@ -154,15 +154,15 @@ impl World {
     }
 
     fn runs_out_of_energy(&self) -> bool {
-        self.flags.rows_up().any(|row| self.table.rows()[row].is_about_energy())
+        self.flags.rows_up().any(|row| self.setup.table.rows()[row].is_about_energy())
     }
 
     /// Whether the response may hold on, of which it must do `at_least` this much more, for the time that its action waits, but for
     /// no longer than `at_most` in all. Says so when that begins.
     fn may_wait(&mut self, at_least: Duration, at_most: Duration, why: &str) -> bool {
         let now = self.now.time;
-        let Some(response) = self.response.as_mut() else { return false };
-        let Some(action) = self.table.rows()[response.row].actions.get(response.action) else { return false };
+        let Some(response) = self.answer.response.as_mut() else { return false };
+        let Some(action) = self.setup.table.rows()[response.row].actions.get(response.action) else { return false };
         let limit = action.wait.min(at_most);
         if limit < at_least {
             return false;
@@ -187,16 +187,16 @@ impl World {
     /// as long as its action waits for a way. Where the battery is so low that its row lands, only until the tower must have
     /// answered, as for a way. What is interrupted is no try that has failed.
     pub(crate) fn may_wait_for_autopilot(&mut self) -> bool {
-        let rows = self.table.rows();
+        let rows = self.setup.table.rows();
         let lands = |row: usize| rows[row].is_about_energy() && Severity::Land <= rows[row].severity();
         let at_most = match self.flags.rows_up().any(lands) {
-            true => self.limits.permission_answer,
+            true => self.setup.limits.permission_answer,
             false => Duration::MAX,
         };
         let now = self.now.time;
-        let Some(response) = self.response.as_mut() else { return false };
+        let Some(response) = self.answer.response.as_mut() else { return false };
         let row = response.row;
-        let Some(action) = self.table.rows()[row].actions.get(response.action) else { return false };
+        let Some(action) = self.setup.table.rows()[row].actions.get(response.action) else { return false };
         let limit = action.wait.min(at_most);
         let (is_new, since) = (response.left_since.is_none(), *response.left_since.get_or_insert(now));
         if is_new && !limit.is_zero() {
@@ -208,11 +208,15 @@ impl World {
 
     /// No failsafe of the autopilot is waited for any more.
     pub(crate) fn has_waited_for_autopilot(&mut self) {
-        let since = self.response.as_mut().and_then(|it| Some((it.row, it.left_since.take()?)));
+        let since = self.answer.response.as_mut().and_then(|it| Some((it.row, it.left_since.take()?)));
         // A wait that has ended in a landing where the vehicle is was ended by that.
         let ended_it = |row: usize, since: Time| {
-            let wait =
-                self.response.as_ref().and_then(|it| self.table.rows()[row].actions.get(it.action)).map(|it| it.wait);
+            let wait = self
+                .answer
+                .response
+                .as_ref()
+                .and_then(|it| self.setup.table.rows()[row].actions.get(it.action))
+                .map(|it| it.wait);
             wait.is_some_and(|wait| wait <= self.now.time - since)
         };
         if let Some((row, since)) = since.filter(|(row, since)| !ended_it(*row, *since)) {
@@ -226,7 +230,7 @@ impl World {
 
     /// There is a way again.
     pub(crate) fn has_found_way(&mut self) {
-        let waited = self.response.as_mut().and_then(|it| it.waits_since.take());
+        let waited = self.answer.response.as_mut().and_then(|it| it.waits_since.take());
         if let Some(since) = waited {
             let waited_s = (self.now.time - since).as_secs();
             self.say("contingency", format!("there is a way again after {waited_s} s"));
@@ -235,14 +239,14 @@ impl World {
 
     /// A try has failed, for this reason.
     pub(crate) fn try_failed(&mut self, why: &str) {
-        let Some(response) = &mut self.response else { return };
+        let Some(response) = &mut self.answer.response else { return };
         response.tries += 1;
         response.failures += 1;
         let pause = PAUSES[(response.failures - 1).min(PAUSES.len() - 1)];
         response.not_before = self.now.time + pause;
         let ActiveResponse { row, action, tries, has_flown, .. } = *response;
-        let Some(flown) = self.table.rows()[row].actions.get(action) else { return };
-        let actions = &self.table.rows()[row].actions;
+        let Some(flown) = self.setup.table.rows()[row].actions.get(action) else { return };
+        let actions = &self.setup.table.rows()[row].actions;
         let next = &actions[if flown.tries <= tries { (action + 1) % actions.len() } else { action }].tree;
         let flag = self.flags.name(row);
         let when = if pause.is_zero() { "next".to_owned() } else { format!("in {:.1} s", pause.as_secs_f64()) };
@@ -260,7 +264,7 @@ impl World {
     /// The response to the flag of `row` has ended. Takes the flag down if its row says so.
     pub(crate) fn reset_flag(&mut self, row: usize) -> Reset {
         let name = self.flags.name(row).clone();
-        let (row, Some(flag)) = (&self.table.rows()[row], self.flags.get(&name)) else { return Reset::Down };
+        let (row, Some(flag)) = (&self.setup.table.rows()[row], self.flags.get(&name)) else { return Reset::Down };
         let may_fall = match row.clears {
             Clears::AfterAction => true,
             Clears::WithCondition => !flag.holds(),
@@ -269,7 +273,7 @@ impl World {
         let brings_down = row.clears == Clears::Never && row.then != Then::Resume;
         if !may_fall {
             let (now, is_flying) = (self.now.time, self.is_flying());
-            let flown = self.response.as_mut().map_or(now, |it| *it.flown.get_or_insert(now));
+            let flown = self.answer.response.as_mut().map_or(now, |it| *it.flown.get_or_insert(now));
             let is_late = brings_down && is_flying && TOUCHDOWN_LIMIT <= now - flown;
             return if is_late { Reset::StillInAir } else { Reset::Awaited };
         }
@@ -280,7 +284,7 @@ impl World {
     /// Takes down the flag whose response has ended, and ends the mission if its row does.
     fn flag_answered(&mut self, name: &str) {
         let (Some(number), Some(flag)) = (self.flags.number(name), self.flags.get(name)) else { return };
-        let then = self.table.rows()[number].then;
+        let then = self.setup.table.rows()[number].then;
         let reason = format!("`{name}`: {}{}", flag.reason(), self.where_it_came_down(number));
         self.lower(name);
         match then {
@@ -293,8 +297,8 @@ impl World {
 
     /// Where the vehicle stands instead, if it did not come to the place to which the response of this row flies.
     fn where_it_came_down(&self, number: usize) -> String {
-        let row = &self.table.rows()[number];
-        let Some(vehicle) = self.vehicle.filter(|it| !it.flying && row.severity() == Severity::Return) else {
+        let row = &self.setup.table.rows()[number];
+        let Some(vehicle) = self.seen.vehicle.filter(|it| !it.flying && row.severity() == Severity::Return) else {
             return String::new();
         };
         let (place, words) = match self.landing_site().filter(|_| row.flag == OPERATOR_LAND) {
@@ -308,8 +312,8 @@ impl World {
     /// Takes a flag down, independent of its row.
     pub(super) fn lower(&mut self, name: &str) {
         self.flags.lower(name);
-        self.operator.no_longer_overrides(name);
-        self.response = self.response.take().filter(|it| &**self.flags.name(it.row) != name);
+        self.people.operator.no_longer_overrides(name);
+        self.answer.response = self.answer.response.take().filter(|it| &**self.flags.name(it.row) != name);
     }
 
     /// Takes down the flags whose condition has gone before their row had its turn: nothing is to be done about them any more.
@@ -317,8 +321,8 @@ impl World {
         if !self.flags.any_is_up() {
             return;
         }
-        for row in 0..self.table.rows().len() {
-            let waits = self.table.rows()[row].clears == Clears::WithCondition && !self.is_under_way(row);
+        for row in 0..self.setup.table.rows().len() {
+            let waits = self.setup.table.rows()[row].clears == Clears::WithCondition && !self.is_under_way(row);
             let name = self.flags.name(row);
             if waits && self.flags.get(name).is_some_and(|flag| !flag.holds()) {
                 let name = name.clone();
@@ -333,7 +337,7 @@ impl World {
         if !self.flags.any_is_up() {
             return;
         }
-        let then = |row: &usize| self.table.rows()[*row].then;
+        let then = |row: &usize| self.setup.table.rows()[*row].then;
         // A crash counts more than the response during which it happened.
         let crashed = self.flags.rows_up().find(|row| then(row) == Then::Crashed);
         // An order to come down that waited for another response is carried out by now: nothing lifts off after it.
@@ -343,18 +347,18 @@ impl World {
             let name = self.flags.name(row).clone();
             self.flag_answered(&name);
         }
-        for row in 0..self.table.rows().len() {
+        for row in 0..self.setup.table.rows().len() {
             if !self.flags.row_is_up(row) || self.stays_up_on_ground(row) {
                 continue;
             }
             let name = self.flags.name(row).clone();
             self.lower(&name);
-            self.news.of_monitor.fell_on_ground(&name);
+            self.monitor.news.of_monitor.fell_on_ground(&name);
             self.record(cleared(row, format!("`{name}` is over: the vehicle is on the ground")));
         }
         if self.mission.over.is_some() {
             // Flags that are still up are reported, and no longer answered.
-            self.response = None;
+            self.answer.response = None;
         }
     }
 
@@ -362,10 +366,10 @@ impl World {
     /// mission as long as its condition holds, or if it has risen since the vehicle came to rest. An order is obeyed by then.
     fn stays_up_on_ground(&self, row: usize) -> bool {
         let (is_over, name) = (self.mission.over.is_some(), self.flags.name(row));
-        let (row, now) = (&self.table.rows()[row], self.now.time);
+        let (row, now) = (&self.setup.table.rows()[row], self.now.time);
         let flag = || self.flags.get(name);
         let lasts = || row.clears == Clears::WithCondition && flag().is_some_and(|it| it.holds());
-        let rested_s = || self.at_rest_since.map_or(0.0, |it| (now - it).as_secs_f64());
+        let rested_s = || self.seen.at_rest_since.map_or(0.0, |it| (now - it).as_secs_f64());
         let is_new = || flag().is_some_and(|it| age_s(it, now) < rested_s());
         row.phases.contains(&Phase::OnGround) && (!is_over || ((lasts() || is_new()) && !is_order(name)))
     }

@@ -64,14 +64,14 @@ impl Reporter {
             return;
         }
         if due {
-            self.next = world.now.time + world.limits.report_period;
+            self.next = world.now.time + world.setup.limits.report_period;
             if !self.leaves_out_tree {
-                world.outbox.publish(snapshot(tree, world.now.time.since_start()));
+                world.out.outbox.publish(snapshot(tree, world.now.time.since_start()));
             }
         }
         let status = v1::McmStatus { ticks, tick_time: self.tick_times.told(), ..world.status(&headline, tree) };
         self.last = Some(headline);
-        world.outbox.publish(status);
+        world.out.outbox.publish(status);
         if due {
             self.tick_times.turn();
         }
@@ -85,9 +85,9 @@ impl Reporter {
         if world.now.time < self.next_mission && self.last_mission == Some(news) {
             return;
         }
-        (self.last_mission, self.next_mission) = (Some(news), world.now.time + world.limits.report_period * 2);
+        (self.last_mission, self.next_mission) = (Some(news), world.now.time + world.setup.limits.report_period * 2);
         let told = world.planner.told();
-        world.outbox.publish(v1::MissionStatus::from(told));
+        world.out.outbox.publish(v1::MissionStatus::from(told));
     }
 }
 
@@ -98,7 +98,7 @@ impl World {
             return;
         }
         let Some(over) = self.mission.over.clone() else { return };
-        let now_s = self.clock.seconds(self.now.time.as_secs_f64());
+        let now_s = self.mission.clock.seconds(self.now.time.as_secs_f64());
         let objectives = self.planner.status().objectives.iter();
         self.mission.report = Some(MissionReport {
             outcome: over.outcome,
@@ -115,7 +115,7 @@ impl World {
             step: self.planner.step().map_or(0, |(step, ..)| step.id.0),
             flags: self.flags.iter().map(|(name, _)| name.to_owned()).collect(),
             responding: self.responding(),
-            in_transition: self.in_transition,
+            in_transition: self.answer.in_transition,
             reported: self.mission.report.is_some(),
             start_awaited: self.awaits_start() || self.next_mission_waits(),
             paused: self.is_paused(),
@@ -151,7 +151,7 @@ impl World {
         let plan_approval = self.planner.request().proposal().map(|(plan, until)| v1::PlanApproval {
             plan: Some(plan.clone().into()),
             left_s: (until - self.now.time).as_secs_f64(),
-            approved_by_default: self.limits.plan_approval_default == Verdict::Approve,
+            approved_by_default: self.setup.limits.plan_approval_default == Verdict::Approve,
         });
         v1::McmStatus {
             phase: headline.phase as i32,
@@ -162,7 +162,7 @@ impl World {
             skill_id,
             distance_left_m: self.skills.distance_left_m(),
             contingencies: self.active_contingencies(),
-            acting: self.responding().map(|row| self.flags.name(row).to_string()).unwrap_or_default(),
+            acting: self.acting(),
             tree_status: tree.status().word().to_owned(),
             report: self.mission.report.clone().map(Into::into),
             in_transition: headline.in_transition,
@@ -175,17 +175,22 @@ impl World {
             alternates: self.told_alternates().iter().map(Into::into).collect(),
             energy: self.told_energy(),
             progress: self.told_progress(),
-            mission_time_s: Some(self.clock.seconds(self.now.time.as_secs_f64())),
-            began_utc_ms: self.clock.began_utc_ms(),
-            awaited: self.permissions.awaited(self.now.time, &self.limits),
-            told: Some(self.told.to_wire(self.now.time)),
+            mission_time_s: Some(self.mission.clock.seconds(self.now.time.as_secs_f64())),
+            began_utc_ms: self.mission.clock.began_utc_ms(),
+            awaited: self.permissions.awaited(self.now.time, &self.setup.limits),
+            told: Some(self.monitor.told.to_wire(self.now.time)),
             uninspected_crash: headline.uninspected_crash.clone(),
             ..v1::McmStatus::default()
         }
     }
 
+    /// The flag that is responded to.
+    fn acting(&self) -> String {
+        self.responding().map(|row| self.flags.name(row).to_string()).unwrap_or_default()
+    }
+
     fn active_contingencies(&self) -> Vec<v1::ActiveContingency> {
-        let rows = self.table.rows().iter();
+        let rows = self.setup.table.rows().iter();
         rows.filter_map(|row| {
             let flag = self.flags.get(&row.flag)?;
             Some(v1::ActiveContingency {

@@ -45,7 +45,7 @@ impl World {
         if let Some(state) = self.planning_state() {
             let is_load_gone = !step.releases() && state.gripper == Some(Gripper::Released);
             let flown = FlownStep { step: step.clone(), state, at: self.mission_now() };
-            self.planner.flown(self.now.time, flown, self.limits.retry_pause);
+            self.planner.flown(self.now.time, flown, self.setup.limits.retry_pause);
             if is_load_gone && self.planner.is_release_ahead() {
                 self.planner.withdraw("the load is gone that was to be released");
             }
@@ -61,7 +61,7 @@ impl World {
         // Also what was refused ahead: the next plan knows of it before the vehicle is at the border.
         let denials = self.permissions.take_denials();
         self.permissions.end_asking_ahead();
-        self.planner.fail(self.now.time, reason, denials, self.limits.retry_pause);
+        self.planner.fail(self.now.time, reason, denials, self.setup.limits.retry_pause);
     }
 
     /// The present step is given up because another behavior comes first. An order, or a response that only holds the vehicle,
@@ -71,7 +71,7 @@ impl World {
         let takes_off = self.planner.step().is_some_and(|(step, ..)| matches!(step.nominal.goal, Goal::Takeoff { .. }));
         let (reason, is_failure) = match self.responder() {
             Some(row) => {
-                let (flag, row) = (self.flags.name(row), &self.table.rows()[row]);
+                let (flag, row) = (self.flags.name(row), &self.setup.table.rows()[row]);
                 let is_of_others = LEFT_TO_OTHERS.contains(&row.flag.as_str());
                 let only_holds = is_of_others || (row.severity() == Severity::Hold && !takes_off);
                 (["interrupted by `", flag, "`"].concat(), !is_order(flag) && !only_holds)
@@ -98,28 +98,28 @@ impl World {
     /// Asks for a permission, unless it is held, was asked for ahead, or there is no step that it would be for. Returns when to look again, if
     /// nothing comes.
     pub(crate) fn ask_permission(&mut self, need: &PermissionNeed) -> Time {
-        let look_again = self.now.time + self.limits.permission_answer;
-        let is_taken_over = self.permissions.take_over(need, self.now.time, &self.limits);
+        let look_again = self.now.time + self.setup.limits.permission_answer;
+        let is_taken_over = self.permissions.take_over(need, self.now.time, &self.setup.limits);
         let has_step = self.planner.step().is_some();
-        if is_taken_over || !has_step || self.permissions.meets(need, self.now.time, &self.limits) {
+        if is_taken_over || !has_step || self.permissions.meets(need, self.now.time, &self.setup.limits) {
             return look_again;
         }
         let said = Said::new("permission", DecisionKind::PermissionAsked, format!("asking for area {}", need.area));
         self.record(said.about_area(&need.area));
         let by = self.needed_by();
-        self.permissions.ask(self.now.time, &need.area, by, &self.limits, &mut self.outbox);
+        self.permissions.ask(self.now.time, &need.area, by, &self.setup.limits, &mut self.out.outbox);
         look_again
     }
 
     /// Asks for a permission that a later step needs, unless it is held.
     pub(crate) fn ask_permission_ahead(&mut self, need: &PermissionNeed) {
-        if self.permissions.meets(need, self.now.time, &self.limits) {
+        if self.permissions.meets(need, self.now.time, &self.setup.limits) {
             return;
         }
         let text = format!("asking for area {} ahead", need.area);
         self.record(Said::new("permission", DecisionKind::PermissionAsked, text).about_area(&need.area));
         let by = self.needed_by();
-        self.permissions.ask_ahead(self.now.time, &need.area, by, &self.limits, &mut self.outbox);
+        self.permissions.ask_ahead(self.now.time, &need.area, by, &self.setup.limits, &mut self.out.outbox);
     }
 
     /// A permission that was asked for ahead is denied. The ledger tells of a refusal, which stands for the step that needs the
@@ -138,7 +138,7 @@ impl World {
 
     /// The state of the request for a permission.
     pub(crate) fn asking(&mut self, need: &PermissionNeed) -> Asking {
-        self.permissions.asking(self.now.time, need, &self.limits, &mut self.outbox)
+        self.permissions.asking(self.now.time, need, &self.setup.limits, &mut self.out.outbox)
     }
 
     /// Why `area` was denied.
@@ -153,9 +153,10 @@ impl World {
 
     /// Whether the vehicle is where the present step ends, or may fly straight on to the goal of the next one.
     pub(crate) fn may_go_on(&self) -> bool {
-        let (Some(vehicle), Some((step, ..))) = (&self.vehicle, self.planner.step()) else { return false };
+        let (Some(vehicle), Some((step, ..))) = (&self.seen.vehicle, self.planner.step()) else { return false };
         let here = vehicle.position;
-        let has_arrived = target(step).is_none_or(|(there, _)| here.distance_m(there) <= self.limits.arrival_radius_m);
+        let has_arrived =
+            target(step).is_none_or(|(there, _)| here.distance_m(there) <= self.setup.limits.arrival_radius_m);
         // Land, takeoff and stop begin where this step ends.
         let onward = self.planner.next().and_then(|it| target(it));
         has_arrived || onward.is_some_and(|(there, speed_m_s)| self.breach_on_way(here, there, speed_m_s).is_none())

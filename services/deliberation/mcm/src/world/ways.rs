@@ -45,11 +45,11 @@ impl World {
     /// the areas apply, or is longer than the configuration allows, is not flown; one that ends before a permission does may have
     /// any length.
     pub(crate) fn way_out(&self) -> Option<WayOut> {
-        let here = self.vehicle?.position;
+        let here = self.seen.vehicle?.position;
         let leaving = self.time_to_leave_all(here);
         let (grants, limits) = (self.permits().to_begin(), &self.limits_in_wind());
-        let airspace = self.airspace(&grants, self.limits.leave_lead.saturating_add(leaving));
-        let farthest_m = self.limits.farthest_out_m;
+        let airspace = self.airspace(&grants, self.setup.limits.leave_lead.saturating_add(leaving));
+        let farthest_m = self.setup.limits.farthest_out_m;
         let may_be_flown = |way: &[Ned]| {
             let flight = Duration::try_from_secs_f64(limits.speeds.time_along_s(here, way)).unwrap_or(Duration::MAX);
             length_m(here, way) <= farthest_m || self.airspace(&grants, flight).trespassed(here).next().is_none()
@@ -78,9 +78,9 @@ impl World {
         if let Some(flag) = self.landing_forbidden_by(site) {
             return Some(format!("is one where no landing begins while `{flag}` is up"));
         }
-        let here = self.vehicle?.position;
+        let here = self.seen.vehicle?.position;
         let (grants, limits) = (self.permits().to_begin(), &self.flight_limits());
-        let airspace = self.airspace(&grants, self.limits.leave_lead);
+        let airspace = self.airspace(&grants, self.setup.limits.leave_lead);
         let flight_s = limits.speeds.time_along_s(here, &[site.at_height(here.height_m()), site]);
         let arrival = latest(Duration::try_from_secs_f64(flight_s).unwrap_or(Duration::MAX));
         let applies = |area: &&Area| airspace.applies(area).is_some_and(|(opens, _)| opens <= arrival);
@@ -90,21 +90,21 @@ impl World {
     /// The points to fly to, the last one over ground where no area forbids to land; empty if that is here, `None` if there is none
     /// within [`FREE_GROUND_LIMIT_S`].
     pub(crate) fn way_to_free_ground(&self) -> Option<Vec<Ned>> {
-        let here = self.vehicle?.position;
+        let here = self.seen.vehicle?.position;
         let (grants, limits) = (self.permits().to_begin(), self.flight_limits());
-        let way = way::way_to_free_ground(here, &self.airspace(&grants, self.limits.leave_lead), &limits)?;
+        let way = way::way_to_free_ground(here, &self.airspace(&grants, self.setup.limits.leave_lead), &limits)?;
         (limits.speeds.time_along_s(here, &way) <= FREE_GROUND_LIMIT_S).then_some(way)
     }
 
     /// The areas in or over which no landing is allowed `here`.
     pub(super) fn areas_that_forbid_landing(&self, here: Ned) -> Vec<String> {
-        let barred = self.airspace(&self.permits().grants, self.limits.leave_lead).barred(Duration::ZERO);
+        let barred = self.airspace(&self.permits().grants, self.setup.limits.leave_lead).barred(Duration::ZERO);
         barred.into_iter().filter(|it| it.is_at_or_below(here)).map(|it| it.name.clone()).collect()
     }
 
     /// Records which areas forbid a landing where the vehicle is, and whether it flies aside first.
     pub(crate) fn say_what_forbids_landing(&mut self, flies_aside: bool) {
-        let Some(here) = self.vehicle.map(|it| it.position) else { return };
+        let Some(here) = self.seen.vehicle.map(|it| it.position) else { return };
         let areas = self.areas_that_forbid_landing(here).join(", ");
         let text = match (areas.is_empty(), flies_aside) {
             (true, true) => "no landing here: an area below is about to apply; flies aside first".to_owned(),
@@ -124,10 +124,10 @@ impl World {
 
     /// The permissions without which there is no way to `to`, if there is one with them.
     pub(super) fn needed_for_way(&self, to: Ned, preferred_height_m: f64) -> BTreeSet<String> {
-        let Some(here) = self.vehicle.map(|it| it.position) else { return BTreeSet::new() };
+        let Some(here) = self.seen.vehicle.map(|it| it.position) else { return BTreeSet::new() };
         let permits = self.permits();
         let held = permits.to_begin();
-        let airspace = self.airspace(&held, self.limits.leave_lead);
+        let airspace = self.airspace(&held, self.setup.limits.leave_lead);
         let found = way::way_if_granted(here, to, preferred_height_m, &airspace, &self.flight_limits(), MOST_LEGS);
         let mut needs = found.way.map(|it| it.needs).unwrap_or_default();
         // What a flag forbids is waited for, not asked for.
@@ -141,7 +141,7 @@ impl World {
         let barred = self.needed_for_way(to, preferred_height_m);
         let by = self.needed_by();
         for area in &barred {
-            if self.permissions.renew(self.now.time, area, by, &self.limits, &mut self.outbox) {
+            if self.permissions.renew(self.now.time, area, by, &self.setup.limits, &mut self.out.outbox) {
                 let text = format!("asking for area {area}, which the only way leads through");
                 let said = Said::new("permission", DecisionKind::PermissionAsked, text);
                 self.record(said.about_area(area).led_to_by(Cause::Response));
@@ -157,9 +157,9 @@ impl World {
 
     /// The same with limited effort.
     pub(crate) fn way_within(&self, to: Ned, preferred_height_m: f64, most_legs: u32) -> Found<Vec<Ned>> {
-        let Some(here) = self.vehicle.map(|it| it.position) else { return Found { way: None, legs: 0 } };
+        let Some(here) = self.seen.vehicle.map(|it| it.position) else { return Found { way: None, legs: 0 } };
         let grants = self.permits().to_begin();
-        let airspace = self.airspace(&grants, self.limits.leave_lead);
+        let airspace = self.airspace(&grants, self.setup.limits.leave_lead);
         way::way_within(here, to, preferred_height_m, &airspace, &self.flight_limits(), most_legs)
     }
 
@@ -170,11 +170,13 @@ impl World {
 
     /// What is in the way to `site`, straight from where the vehicle is, and for how long it is closed.
     fn what_closes_the_way(&self, site: Ned) -> Option<String> {
-        let here = self.vehicle?.position;
+        let here = self.seen.vehicle?.position;
         let breach =
             self.breach_on_way(here, site.at_height(here.height_m()), self.flight_limits().speeds.cruise_m_s)?;
         let name = &breach.area;
-        if let Some(row) = self.decision.narrowing.no_new_area.filter(|_| self.permits().grants.contains_key(name)) {
+        if let Some(row) =
+            self.answer.decision.narrowing.no_new_area.filter(|_| self.permits().grants.contains_key(name))
+        {
             return Some(format!("area {name} is not entered while `{}` is up", self.flags.name(row)));
         }
         let area = self.planner.areas().iter().find(|it| it.name == *name)?;

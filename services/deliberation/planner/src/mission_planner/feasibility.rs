@@ -73,17 +73,6 @@ impl MissionPlanner {
         forecast.shortfall().map(|shortfall| format!("the mission {shortfall}"))
     }
 
-    /// How long it is until `objective` must be arrived at, in mission seconds; less than nothing once that is over.
-    pub(super) fn time_left_s(&self, objective: &Objective, now: Now) -> Option<f64> {
-        let passed = self.begun.map_or(Duration::ZERO, |it| now.time - it);
-        let within_s = objective.terms.within.map(|it| it.as_secs_f64() - passed.as_secs_f64());
-        let by_utc_s = objective.terms.by_utc_ms.map(|by_utc_ms| {
-            let wall_s = by_utc_ms.saturating_sub(now.utc_ms) as f64 / 1e3;
-            wall_s * self.pace.speed()
-        });
-        within_s.into_iter().chain(by_utc_s).min_by(f64::total_cmp)
-    }
-
     /// The objective that must be given up for `steps` to the current one to be flown, which may be that one, and why.
     pub(super) fn infeasible(&self, steps: &[Step], state: &State, now: Now) -> Option<(usize, String)> {
         let current = self.objectives.current_index();
@@ -96,22 +85,6 @@ impl MissionPlanner {
             return None;
         }
         energy::to_give_up(steps, state, &self.objectives, state.charge?, &self.judge())
-    }
-
-    /// The current objective was reached, and the vehicle has stayed there for as long as was asked.
-    pub(super) fn arrived(&mut self, now: Now) {
-        let Some(objective) = self.objectives.current() else { return };
-        let since = objective.dwells_since.map_or(Duration::ZERO, |since| now.time - since);
-        let arrived = Now {
-            time: Time::after(now.time.since_start().saturating_sub(since)),
-            utc_ms: now.utc_ms - self.pace.to_wall(since).as_millis() as i64,
-        };
-        let left_s =
-            self.objectives.all().get(self.objectives.current_index()).and_then(|it| self.time_left_s(it, arrived));
-        self.conclude(match left_s.filter(|it| *it < 0.0) {
-            Some(left_s) => Progress::Failure(format!("reached {:.0} s too late", -left_s)),
-            None => Progress::Success,
-        });
     }
 }
 
