@@ -154,7 +154,7 @@ impl World {
         self.landings.landed_by_plan = lands_at.filter(|_| memory.lands_by_plan);
         let why = Some(memory.unplanned_landing.clone()).filter(|it| !it.is_empty());
         self.landings.unplanned_landing = why.map(|why| UnplannedLanding { since: self.now.time, why });
-        self.monitor.told = Told::remembered(memory.told.clone().unwrap_or_default());
+        self.monitor.told = Told::remembered(memory.told.unwrap_or_default());
         self.mission.clock = MissionClock::resumed(memory.began_utc_ms, memory.clock_set_by_ms);
         self.mission.started_s = memory.started_s.filter(|it| it.is_finite());
         if over.is_some() {
