@@ -29,7 +29,6 @@ use crate::area_map::AreaMap;
 use crate::asking_ahead;
 use crate::config::Config;
 use crate::drafting::{Unreachable, draft};
-use crate::energy::Judge;
 use crate::free_order::Choice;
 use crate::grant_lengths::{self, TooShort};
 use crate::hold::{Hold, TooEarly, too_early, without_asking_at};
