@@ -24,6 +24,15 @@ impl Folder {
     }
 }
 
+impl Drop for Folder {
+    /// A child that another thread has just forked has the lock file open until it executes its program: closing ours does not unlock it.
+    fn drop(&mut self) {
+        if let Some(lock) = &self.lock {
+            let _ = lock.unlock();
+        }
+    }
+}
+
 impl Medium for Folder {
     fn prepare(&mut self) -> io::Result<()> {
         match DirBuilder::new().recursive(true).mode(0o700).create(&self.path) {
@@ -101,5 +110,20 @@ impl Medium for Folder {
 
     fn path(&self, name: &str) -> PathBuf {
         if name.is_empty() { self.path.clone() } else { self.path.join(name) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_that_is_dropped_is_unlocked_although_a_forked_child_has_the_lock_open() {
+        let place = tempfile::tempdir().unwrap();
+        let mut first = Folder::new(place.path());
+        assert!(first.lock("lock").unwrap());
+        let _of_child = first.lock.as_ref().unwrap().try_clone().unwrap();
+        drop(first);
+        assert!(Folder::new(place.path()).lock("lock").unwrap());
     }
 }
