@@ -72,6 +72,11 @@ impl Service {
             | Service::Mcm => Scope::Vehicle(vehicle.to_owned()),
         }
     }
+
+    /// Whether it has a state in the folder of `--state`. The planner has none: a question carries the mission as far as it has come.
+    pub fn keeps_state(self) -> bool {
+        matches!(self, Service::Mcm | Service::ControlTower)
+    }
 }
 
 impl Service {

@@ -59,7 +59,7 @@ pub struct Settings {
     /// The folder of the persisted state: the mission's progress, what was ordered, whether the mission is over, and what
     /// the control tower has decided, for processes that are started again. Without it `up` makes a folder for this run, in memory
     /// (with `nohup` among the temporary files: memory is cleared when its user logs out),
-    /// and a planner, a mission manager and a control tower start without a state
+    /// and a mission manager and a control tower start without a state. Other processes keep none, and refuse it
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
     /// The process has run before, in this run of `up`: a state that is not in its folder was lost

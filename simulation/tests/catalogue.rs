@@ -327,8 +327,9 @@ fn page(table: &Contingencies) -> String {
          your own\nfiles.\n\n## Cases\n\nMost urgent first: of equally severe responses that of the upper row is flown. Thresholds hold for \
          as long as is said before the\nflag is raised. What \"counts\" are the phases in which a flag is answered; in the others it is shown \
          and recorded.\nWhat a row \"narrows\" is forbidden for as long as its flag is up, in every phase and whichever row responds.\n\n{}\n## \
-         Order of responses\n\nOf the rows whose flags are up, the most severe one is flown. What is less severe waits, but for what it \
-         narrows. A response that is\nimpossible now is skipped with its reason.\n\n{}\n## Answered without a row\n\nBy the plan, by a \
+         Order of responses\n\nOf the rows whose flags are up, the most severe one is flown, and comfort after safety: without comfort the mission is \
+         worse, and nobody\nis harmed. No order comes before a binding row; one with override comes before safety, any order before comfort. What is less \
+         severe waits,\nbut for what it narrows. A response that is impossible now is skipped with its reason.\n\n{}\n## Answered without a row\n\nBy the plan, by a \
          skill, or by a step; what is left of them when that fails is a row above.\n\n{}\n## Over real processes\n\nThe stories above fly \
          on a virtual clock, but those below in `tests/`: with a process for each service, and a bus between them.\n\n{}\n## Fields\n\nWhat an expression (`when`, \
          `clear_when`) can read. A constant beyond the range of the field that it is compared with is a\nmistake.\n\n{}",

@@ -77,6 +77,12 @@ pub fn run_onboard(args: &OnboardArgs) -> Outcome {
 /// Runs `services`, which stand in one scope, as the process `name`.
 fn run_process(name: &'static str, services: &[Service], args: &ProcessArgs) -> Outcome {
     output::in_background();
+    if args.settings.state.is_some() && !services.iter().any(|it| it.keeps_state()) {
+        output::error_line(format_args!(
+            "{name}: found `--state`, and it keeps no state: mcm and control-tower do\n  help: leave the option out"
+        ));
+        return Outcome::BadInput;
+    }
     let turns = match Turns::that_must_go_on(name) {
         Ok(turns) => turns,
         Err(failure) => {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use bus::crossing::Crossing;
+use domain::contingency::label::Label;
 use domain::contingency::listing;
 use domain::file::{Mistakes, Source};
 use gateway::tls::Demand;
@@ -136,7 +137,8 @@ fn proven(args: &CheckArgs, inputs: &Inputs) -> Outcome {
 
 /// What was tried, and how much of it.
 fn conclusion(args: &CheckArgs, inputs: &Inputs, proof: &Proof) -> Vec<String> {
-    let rows = inputs.contingencies.rows().len();
+    let rows = inputs.contingencies.rows();
+    let (comfort, rows) = (rows.iter().filter(|it| it.label == Label::Comfort).count(), rows.len());
     let flown_h = proof.flown.iter().map(|it| it.flown).sum::<std::time::Duration>().as_secs_f64() / 3600.0;
     let sampled: String =
         proof.sets.sampled.iter().map(|(group, rows)| format!(", {group} ({rows} rows) in part")).collect();
@@ -147,7 +149,7 @@ fn conclusion(args: &CheckArgs, inputs: &Inputs, proof: &Proof) -> Vec<String> {
     };
     vec![
         format!(
-            "table: {rows} rows of {} kinds, {} that never respond, flap or need what is gone",
+            "table: {rows} rows of {} kinds, {comfort} of them comfort, {} that never respond, flap or need what is gone",
             proof.kinds,
             proof.remarks.len()
         ),

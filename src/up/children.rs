@@ -14,6 +14,7 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::Sender;
 
 use crate::run::run_file::{ROUTER_SOCKET, RunFolder};
+use crate::service::Service;
 use crate::settings::Settings;
 use crate::up::Happening;
 use crate::up::supervise::{Child, Ending};
@@ -79,7 +80,8 @@ impl Children {
                     args.extend(["--nodes".into(), composition.to_string().into()]);
                 }
                 let has_run = self.have_run.contains(&child);
-                args.extend(Settings { has_run, ..self.settings.clone() }.to_args());
+                let state = self.settings.state.clone().filter(|_| child.runs(Service::keeps_state));
+                args.extend(Settings { has_run, state, ..self.settings.clone() }.to_args());
                 args.extend(["--direct".into(), self.sockets.0.clone().into()]);
                 args.extend(locator.into_iter().flat_map(|it| ["--connect".into(), it.into()]));
             }

@@ -80,9 +80,9 @@ fn the_printed_contingencies_have_a_line_for_each_row() {
     assert_eq!((code, complaints.as_str()), (Some(0), ""), "{said}");
     // Then an empty line, and the order of the nine severities.
     assert_eq!(said.lines().count(), 2 + rows + 1 + 2 + 9, "{said}");
-    assert!(said.starts_with("| flag | group | alarm | raised by |"), "{said}");
+    assert!(said.starts_with("| flag | group | label | alarm | raised by |"), "{said}");
     assert!(said.contains("| divert | flies to the best place that can be reached and lands |"), "{said}");
-    assert!(said.contains("| `bird_strike` | mission | caution |") && !said.contains("`obstacle`"), "{said}");
+    assert!(said.contains("| `bird_strike` | mission | safety | caution |") && !said.contains("`obstacle`"), "{said}");
     assert!(said.contains("`not known(wind.speed_m_s) or wind.speed_m_s < 9 m/s`"), "{said}");
 }
 

@@ -171,6 +171,9 @@ fn what_cannot_be_composed_is_refused_in_one_sentence() {
         "'--vehicle <NAME>' cannot be used",
     );
     check(&["onboard"], "--nodes <NODES>");
+    let keeps_none = "found `--state`, and it keeps no state: mcm and control-tower do";
+    check(&["planner", "--state", "anywhere"], &format!("planner: {keeps_none}"));
+    check(&["onboard", "--nodes", "planner,monitor", "--state", "anywhere"], &format!("onboard: {keeps_none}"));
     check(&["up", "--onboard", "mcm,mcm"], "mcm is named twice: a vehicle has one");
     check(&["up", "--onboard", "mcm,px4-bridge"], "found px4-bridge among the nodes, but vehicle-sim flies here");
 }
@@ -184,8 +187,8 @@ fn a_node_that_runs_elsewhere_for_the_same_vehicle_is_not_hosted_a_second_time()
     let elsewhere = state_folder();
     let state = elsewhere.path().to_str().expect("a readable path");
     let process = system.process("onboard").id();
-    let second = ["--config", config, "--connect", &locator, "--state", state];
-    for args in [&["onboard", "--nodes", "monitor,planner"][..], &["mcm"][..]] {
+    let second = ["--config", config, "--connect", &locator];
+    for args in [&["onboard", "--nodes", "monitor,planner"][..], &["mcm", "--state", state][..]] {
         let mut command = std::process::Command::new(KITTIWAKE);
         command.args(args).args(second);
         let output = command.stdin(std::process::Stdio::null()).output().expect("the program starts");

@@ -269,15 +269,15 @@ fn unit_of(setup: &Setup, service: Service, http: &str) -> Spec {
     let words = ["--connect", &locator(setup, side), "--vehicle", VEHICLE, "--speed", &setup.speed, "--http", http];
     let more = ["--seed", &seed, "--permissions", permissions];
     let mut args: Vec<OsString> = words.into_iter().chain(more).map(Into::into).collect();
-    let paths: [(&str, PathBuf); 6] = [
+    let paths: [(&str, PathBuf); 5] = [
         ("--config", setup.config.clone()),
-        ("--state", setup.state()),
         ("--recordings", setup.scratch.join("recordings")),
         ("--access", setup.scratch.join("access")),
         ("--tower-secret", credentials(setup).join("control-tower").join("control-tower.key")),
         ("--tower-key", credentials(setup).join("for-vehicles").join("control-tower.pub")),
     ];
-    args.extend(paths.into_iter().flat_map(|(flag, path)| [flag.into(), path.into()]));
+    let state = service.keeps_state().then(|| ("--state", setup.state()));
+    args.extend(paths.into_iter().chain(state).flat_map(|(flag, path)| [flag.into(), path.into()]));
     Spec { name: service.name(), subcommand: service.name(), side, args }
 }
 

@@ -39,7 +39,7 @@ pub fn table(rows: &str) -> String {
     let missing = REQUIRED.iter().filter(|flag| !rows.contains(&format!("\"{flag}\"")));
     for (flag, priority) in missing.zip(1000..) {
         let (action, then, more) = match *flag {
-            SOMEBODY_ELSE_FLIES => ("yield_control", "resume", "may_be_overridden = false\n"),
+            SOMEBODY_ELSE_FLIES => ("yield_control", "resume", "label = \"binding\"\n"),
             flag if BRING_DOWN.contains(&flag) => ("land", "end-mission", ""),
             _ => ("stop", "resume", ""),
         };

@@ -42,7 +42,7 @@ fn are_equal(a: &Row, b: &Row) -> bool {
         && a.actions == b.actions
         && a.phases == b.phases
         && a.narrows == b.narrows
-        && (a.clears, a.then, a.may_be_overridden) == (b.clears, b.then, b.may_be_overridden)
+        && (a.clears, a.then, a.label) == (b.clears, b.then, b.label)
         && (a.is_watched(), a.is_about_energy(), a.takes_away())
             == (b.is_watched(), b.is_about_energy(), b.takes_away())
 }

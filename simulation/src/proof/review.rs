@@ -80,7 +80,7 @@ fn are_alike(a: &Row, b: &Row) -> bool {
 fn hides(other: &Row, row: &Row) -> bool {
     let follows = matches!((trigger(row), trigger(other)), (Some(later), Some(earlier)) if later.implies(&earlier));
     let narrows_more = !row.narrows.is_subset(&other.narrows);
-    let order = |it: &Row| (it.severity(), std::cmp::Reverse(it.priority));
+    let order = |it: &Row| it.order(it.severity());
     follows
         && !narrows_more
         && !row.only_slows()

@@ -4,6 +4,7 @@
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
+use domain::contingency::label::Label;
 use domain::contingency::{Contingencies, Moment, Raised, Row, Severity, responder};
 
 /// A group of more rows is not tried in every set, but in every set of up to [`FEW`] and of all but up to as many.
@@ -44,17 +45,21 @@ pub fn try_sets(table: &Contingencies, is_quick: bool) -> Sets {
         }
     }
     try_under_way(rows, &mut sets);
+    try_without_comfort(rows, &mut sets);
     sets
 }
 
 fn try_group(rows: &[Row], members: &[usize], is_whole: bool, sets: &mut Sets) {
     let count = members.len() as u32;
     for moment in Moment::ALL {
-        // The order as it is written down: the most severe first, of equally severe ones the upper row.
+        // The order as it is written down: safety first, then the most severe, of equally severe ones the upper row.
         let mut order: Vec<usize> = (0..members.len())
             .filter(|it| moment.counts(&rows[members[*it]]) && !rows[members[*it]].only_slows())
             .collect();
-        order.sort_by_key(|it| (Reverse(rows[members[*it]].severity()), rows[members[*it]].priority));
+        order.sort_by_key(|it| {
+            let row = &rows[members[*it]];
+            (row.label == Label::Comfort, Reverse(row.severity()), row.priority)
+        });
         for set in 0..1_u32 << count {
             let size = set.count_ones();
             if !is_whole && FEW < size && size + FEW < count {
@@ -86,7 +91,8 @@ fn try_under_way(rows: &[Row], sets: &mut Sets) {
                     let raised = [Raised { under_way: Some(action.severity), ..up(flown) }, up(other)];
                     let found = responder(rows, raised, moment);
                     let reached: Severity = action.severity.max(of_flown.severity());
-                    let order = |severity: Severity, row: &Row| (severity, Reverse(row.priority));
+                    let order =
+                        |severity: Severity, row: &Row| (row.label != Label::Comfort, severity, Reverse(row.priority));
                     let yields = moment.counts(of_other)
                         && !of_other.only_slows()
                         && order(reached, of_flown) < order(of_other.severity(), of_other);
@@ -97,6 +103,27 @@ fn try_under_way(rows: &[Row], sets: &mut Sets) {
                         sets.wrong.push(wrong(rows, &names, moment, found, expected));
                     }
                 }
+            }
+        }
+    }
+}
+
+/// Comfort is optional: with all its flags up, and each of its responses under way, a flag of safety has the answer that it has without.
+fn try_without_comfort(rows: &[Row], sets: &mut Sets) {
+    let of = |is_comfort: bool| {
+        let is = move |row: &Row| (row.label == Label::Comfort) == is_comfort && !row.only_slows();
+        rows.iter().enumerate().filter(move |(_, row)| is(row)).map(|(number, _)| number)
+    };
+    for (safety, moment) in of(false).flat_map(|row| Moment::ALL.map(|moment| (row, moment))) {
+        let Some(alone) = responder(rows, [up(safety)], moment) else { continue };
+        for flown in of(true).map(Some).chain([None]) {
+            let of_comfort =
+                of(true).map(|it| Raised { under_way: (Some(it) == flown).then_some(Severity::Hold), ..up(it) });
+            let found = responder(rows, of_comfort.chain([up(safety)]), moment);
+            sets.tried += 1;
+            if found != Some(alone) {
+                let names = format!("{} beside all comfort", rows[safety].flag);
+                sets.wrong.push(wrong(rows, &names, moment, found, Some(alone)));
             }
         }
     }

@@ -53,8 +53,8 @@ pub struct Raised {
     pub under_way: Option<Severity>,
 }
 
-/// The row that responds: of the rows that count at this moment, the one with the most severe response; of equally
-/// severe ones, the one that is higher in the table. A response that is under way counts at every moment, with the
+/// The row that responds: of the rows that count at this moment, one of safety before one of comfort; of those, the one with the most
+/// severe response; of equally severe ones, the one that is higher in the table ([`Row::order`]). A response that is under way counts at every moment, with the
 /// severity of its present action if that is higher than that of its first one. An order with override counts in every phase. It comes before all
 /// rows that were up when it was given and may be overridden, and before what is no more severe in their groups; whatever
 /// else rises later is answered as ever.
@@ -73,11 +73,11 @@ pub fn responder(rows: &[Row], raised: impl IntoIterator<Item = Raised> + Clone,
         let row = rows.get(it.row).filter(|row| !row.only_slows())?;
         let is_ordered_now = it.overrides && row.situations.contains(&moment.situation);
         let counts = it.under_way.is_some() || is_ordered_now || moment.counts(row);
-        let gives_way = is_ordered && row.may_be_overridden && !it.overrides && is_known(row);
+        let gives_way = is_ordered && row.may_be_overridden() && !it.overrides && is_known(row);
         let severity = it.under_way.map_or(row.severity(), |reached| reached.max(row.severity()));
-        (counts && !gives_way).then_some((severity, std::cmp::Reverse(row.priority), it.row))
+        (counts && !gives_way).then_some((row.order(severity), it.row))
     };
-    raised.clone().into_iter().filter_map(rank).max().map(|(.., row)| row)
+    raised.clone().into_iter().filter_map(rank).max().map(|(_, row)| row)
 }
 
 #[cfg(test)]
@@ -89,6 +89,7 @@ pub(super) mod tests {
 
     use super::super::alarm::Alarm;
     use super::super::group::Group;
+    use super::super::label::Label;
     use super::super::{Action, Clears, Then};
     use super::*;
     use Severity::{Divert, Hold, Land, Leave, Return};
@@ -107,7 +108,7 @@ pub(super) mod tests {
             narrows: BTreeSet::new(),
             clears: Clears::AfterAction,
             then: Then::Resume,
-            may_be_overridden: true,
+            label: Label::Safety,
             alarm: Alarm::Caution,
             explained_by: BTreeSet::new(),
             source: None,
@@ -167,9 +168,24 @@ pub(super) mod tests {
         check(&of_one_group, &[known(0), up(2), ordered], cruise, Some(12));
         check(&of_one_group, &[known(2), up(0), ordered], cruise, Some(10));
         let mut rows = rows;
-        rows[0].may_be_overridden = false;
+        rows[0].label = Label::Binding;
         check(&rows, &[known(0), ordered], cruise, Some(10));
         check(&rows, &[known(2), ordered], cruise, Some(12));
+    }
+
+    #[test]
+    fn comfort_waits_behind_safety_whatever_its_priority() {
+        let comfort = Row { label: Label::Comfort, ..row(1, Hold, &[Phase::Cruise]) };
+        let rows = [comfort, row(80, Hold, &[Phase::Cruise]), row(90, Land, &Phase::ALL)];
+        #[track_caller]
+        fn check(rows: &[Row], raised: &[Raised], expected: usize) {
+            assert_eq!(responder(rows, raised.iter().copied(), at(Phase::Cruise)), Some(expected), "{raised:?}");
+        }
+        let under_way = Raised { under_way: Some(Hold), ..up(0) };
+        check(&rows, &[up(0)], 0);
+        check(&rows, &[up(0), up(1)], 1);
+        check(&rows, &[under_way, up(1)], 1);
+        check(&rows, &[under_way, up(1), up(2)], 2);
     }
 
     fn severity() -> impl Strategy<Value = Severity> {

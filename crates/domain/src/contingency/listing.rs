@@ -6,14 +6,15 @@ use super::when::{During, When};
 use super::{Contingencies, Phase, Row, Severity};
 
 /// What each column of [`cells`] says.
-pub const HEADINGS: [&str; 9] =
-    ["flag", "group", "alarm", "raised by", "counts", "response", "narrows", "falls", "source of the numbers"];
+pub const HEADINGS: [&str; 10] =
+    ["flag", "group", "label", "alarm", "raised by", "counts", "response", "narrows", "falls", "source of the numbers"];
 
 /// A row, column by column.
-pub fn cells(row: &Row) -> [String; 9] {
+pub fn cells(row: &Row) -> [String; 10] {
     [
         format!("`{}`", row.flag),
         row.group.map_or_else(String::new, |it| it.to_string()),
+        row.label.to_string(),
         alarm(row),
         raised_by(row),
         counts(row),
@@ -123,12 +124,12 @@ mod tests {
         assert_eq!(lines.len(), 2 + table.rows().len());
         assert_eq!(
             lines[0],
-            "| flag | group | alarm | raised by | counts | response | narrows | falls | source of the numbers |"
+            "| flag | group | label | alarm | raised by | counts | response | narrows | falls | source of the numbers |"
         );
-        assert_eq!(lines[1], "|---|---|---|---|---|---|---|---|---|");
+        assert_eq!(lines[1], "|---|---|---|---|---|---|---|---|---|---|");
         assert_eq!(
             lines[2],
-            "| `wind` | weather | caution | `wind.speed_m_s > 12 m/s` for 5 s, while flying | on the way, while landing | stop | \
+            "| `wind` | weather | safety | caution | `wind.speed_m_s > 12 m/s` for 5 s, while flying | on the way, while landing | stop | \
              no-new-area, slow | by `wind.speed_m_s < 10 m/s` | A\\|B |"
         );
         assert_eq!(lattice_markdown().lines().count(), 2 + Severity::ALL.len());

@@ -4,6 +4,7 @@
 //! row's expression ([`when`]); the mission manager generates its contingency subtree from the rest, and asks
 //! [`responder`] which row responds, and [`narrowing`] what is forbidden meanwhile.
 
+use std::cmp::Reverse;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
@@ -16,6 +17,7 @@ pub mod alarm;
 mod arbitration;
 pub mod expression;
 pub mod group;
+pub mod label;
 mod lattice;
 pub mod listing;
 pub mod narrowing;
@@ -29,6 +31,7 @@ pub mod when;
 use alarm::Alarm;
 pub use arbitration::{Moment, Raised, responder};
 use group::Group;
+use label::Label;
 pub use lattice::Severity;
 use narrowing::Narrows;
 use needs::Need;
@@ -94,8 +97,8 @@ pub struct Row {
     pub clears: Clears,
     /// What follows once the response has ended and the flag is down.
     pub then: Then,
-    /// Whether an operator's order with override comes before it.
-    pub may_be_overridden: bool,
+    /// What it is for, safety or comfort: decides before the severity.
+    pub label: Label,
     /// How loudly it calls for a human.
     pub alarm: Alarm,
     /// Flags of the same cause. While one of them is up, this one is to be known and calls for nobody: one cause is one alarm
@@ -109,6 +112,16 @@ impl Row {
     /// The severity of its first action.
     pub fn severity(&self) -> Severity {
         self.actions.first().map_or(Severity::Hold, |action| action.severity)
+    }
+
+    /// What decides between rows: the greater one responds.
+    pub fn order(&self, severity: Severity) -> (bool, Severity, Reverse<u32>) {
+        (self.label != Label::Comfort, severity, Reverse(self.priority))
+    }
+
+    /// Whether an order with override comes before it.
+    pub fn may_be_overridden(&self) -> bool {
+        self.label != Label::Binding
     }
 
     /// The situations in which a response begins where its row names none. One that holds or flies elsewhere and then resumes the mission

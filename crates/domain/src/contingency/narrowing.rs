@@ -71,7 +71,7 @@ pub fn narrowing(rows: &[Row], raised: impl IntoIterator<Item = Raised> + Clone,
     let mut narrowing = Narrowing::default();
     for it in raised {
         let Some(row) = rows.get(it.row) else { continue };
-        if is_ordered && it.is_overridden && row.may_be_overridden && !it.overrides {
+        if is_ordered && it.is_overridden && row.may_be_overridden() && !it.overrides {
             continue;
         }
         row.narrows.iter().for_each(|what| narrowing.add(*what, it.row));
@@ -87,6 +87,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::super::arbitration::tests::{at, row, up};
+    use super::super::label::Label;
     use super::super::{Severity, responder};
     use super::*;
     use Narrows::{NoLandingHere, NoNewArea, Slow};
@@ -124,7 +125,7 @@ mod tests {
         let ordered = Raised { overrides: true, ..up(0) };
         check(&rows, &[ordered, known(1), up(2)], cruise, [Some(2), Some(2), None]);
         let mut rows = rows;
-        rows[1].may_be_overridden = false;
+        rows[1].label = Label::Binding;
         check(&rows, &[ordered, known(1)], cruise, [Some(1), None, Some(1)]);
     }
 

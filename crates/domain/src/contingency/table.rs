@@ -7,6 +7,7 @@ use toml::Spanned;
 
 use super::alarm::Alarm;
 use super::group::Group;
+use super::label::Label;
 use super::narrowing::Narrows;
 use super::needs::Need;
 use super::when::During;
@@ -18,11 +19,13 @@ use crate::situation::Situation;
 mod ending;
 mod explained;
 mod former;
+mod label;
 mod narrowing;
 mod when;
 
 use ending::{check_brings_down, check_end, check_yields};
 use explained::check_explained;
+use label::check_comfort;
 use narrowing::{check_narrows, check_slowing};
 
 impl Contingencies {
@@ -43,6 +46,7 @@ impl Contingencies {
             check_yields(source, entry, &actions, &mut mistakes);
             check_slowing(source, entry, &actions, &mut mistakes);
             check_narrows(source, entry, &mut mistakes);
+            check_comfort(source, entry, &actions, &mut mistakes);
             check_source(source, entry, &mut mistakes);
         }
         check_explained(source, &entries, &mut mistakes);
@@ -122,8 +126,8 @@ struct Entry {
     narrows: Option<Spanned<Vec<Spanned<Narrows>>>>,
     clears: Clears,
     then: Then,
-    #[serde(default = "yes")]
-    may_be_overridden: bool,
+    /// Without the key: see [`Label::usual`].
+    label: Option<Spanned<Label>>,
     /// Without the key: a warning where the response is more than a hold, else a caution.
     alarm: Option<Alarm>,
     /// Flags of the same cause: while one of them is up, this one calls for nobody.
@@ -131,13 +135,17 @@ struct Entry {
     source: Option<Spanned<String>>,
 }
 
-fn yes() -> bool {
-    true
-}
-
 impl Entry {
     fn chain(&self) -> impl Iterator<Item = &Spanned<String>> {
         self.actions.as_ref().iter().chain([&self.emergency])
+    }
+
+    fn alarm(&self, severity: Severity) -> Alarm {
+        self.alarm.unwrap_or(if severity == Severity::Hold { Alarm::Caution } else { Alarm::Warning })
+    }
+
+    fn label(&self, severity: Severity) -> Label {
+        self.label.as_ref().map_or_else(|| Label::usual(severity, self.alarm(severity)), |it| *it.as_ref())
     }
 
     /// Without its expression. Actions that do not exist are left out; they have been reported as mistakes.
@@ -158,6 +166,7 @@ impl Entry {
         // tries.
         actions.dedup_by(|a, b| a.tree == b.tree);
         let severity = actions.first().map_or(Severity::Hold, |it| it.severity);
+        let (alarm, label) = (self.alarm(severity), self.label(severity));
         let usual_situations = || Row::usual_situations(severity, self.then);
         Row {
             actions,
@@ -170,8 +179,8 @@ impl Entry {
             narrows: self.narrows.into_iter().flat_map(Spanned::into_inner).map(Spanned::into_inner).collect(),
             clears: self.clears,
             then: self.then,
-            may_be_overridden: self.may_be_overridden,
-            alarm: self.alarm.unwrap_or(if severity == Severity::Hold { Alarm::Caution } else { Alarm::Warning }),
+            label,
+            alarm,
             explained_by: self
                 .explained_by
                 .into_iter()
@@ -344,11 +353,7 @@ then = "resume"
             &ended("phases = [\"cruise\"]\n"),
             "c.toml:62:10: `ended_in_air` must count everywhere in the air",
         );
-        check(
-            "may_be_overridden = false",
-            "may_be_overridden = true",
-            "c.toml:82:8: `somebody_else_flies` must command nothing",
-        );
+        check("label = \"binding\"", "label = \"safety\"", "c.toml:82:8: `somebody_else_flies` must command nothing");
         check(
             "actions = [\"stop\"]\nemergency = \"stop\"",
             "actions = [\"yield_control\"]\nemergency = \"yield_control\"",

@@ -9,11 +9,13 @@
 //! undecided sends no [`LandDetected`]. The monitor then sees that the source is stale or absent.
 
 mod command;
+mod mode_observer;
 mod offboard;
 mod pre_emption;
 mod telemetry;
 
 pub use command::{Command, CommandAck, CommandId, CommandResult, VehicleCommand};
+pub use mode_observer::{Author, ModeObserver, Seen, Taken};
 pub use offboard::{OffboardControl, Setpoint};
 pub use pre_emption::{PreEmption, Reported};
 pub use telemetry::{

@@ -43,6 +43,8 @@ pub(crate) enum Passed {
     LessSevere,
     /// An operator's order comes before it.
     Overridden,
+    /// It is as severe, and comfort behind one of safety.
+    Optional,
     /// It is as severe and lower in the table.
     LessUrgent,
 }
@@ -162,6 +164,7 @@ fn rejected(other: usize, why: Passed, row: usize, flags: &Flags, table: &Contin
         Passed::OutOfPhase(phase) => format!("{asks} and does not count {phase}"),
         Passed::LessSevere => format!("{asks}, which is less severe than {}", first_action(table, row)),
         Passed::Overridden => format!("{asks} and is overridden by an operator"),
+        Passed::Optional => format!("{asks} and is comfort, and `{}` is not", flags.name(row)),
         Passed::LessUrgent => format!("{asks} and is less urgent than `{}`", flags.name(row)),
     };
     Rejected { what: first_action(table, other).to_owned(), why }

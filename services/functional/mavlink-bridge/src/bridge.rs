@@ -142,7 +142,7 @@ impl Bridge {
         says.extend(flown.streams.origin_due(now.time));
         says.extend(flown.streams.due(now.time));
         let result = flown.advance(newest.filter(|_| has_setpoint), &self.config, now.time, &mut says);
-        flown.authority.update(&flown.vehicle, flown.personality.as_ref(), now.time);
+        flown.observe(now.time);
         flown.adopt(has_setpoint, now.time);
         if let Some((id, result)) = result {
             self.answered.remember(id, result.clone());

@@ -2,13 +2,12 @@
 
 use std::time::Duration;
 
-use domain::fmu::{Command, CommandId, CommandResult, Setpoint};
+use domain::fmu::{Author, Command, CommandId, CommandResult, FlightMode, ModeObserver, Seen, Setpoint};
 use domain::geodesy::AutopilotFrame;
 use domain::geometry::Ned;
 use domain::time::{Now, Time};
 use node::Effect;
 
-use crate::authority::{Author, Authority};
 use crate::config::Config;
 use crate::epoch::{Break, Epoch};
 use crate::grooming::Grooming;
@@ -32,7 +31,7 @@ pub(crate) struct Flown {
     pub(crate) personality: Box<dyn Personality>,
     pub(crate) vehicle: Vehicle,
     pub(crate) order: Order,
-    pub(crate) authority: Authority,
+    pub(crate) modes: ModeObserver<u32>,
     pub(crate) submode: Submode,
     /// When that began, or the last command ended: what the autopilot says may be of before for a moment.
     settles_since: Time,
@@ -45,15 +44,13 @@ pub(crate) struct Flown {
     grooming: Grooming,
     /// It is not known yet whether setpoints were passed on before this process was started.
     pub(crate) adopts: bool,
-    /// When arming was commanded last.
-    arming: Option<Time>,
     /// When all limits were looked at last.
     looked_at: Time,
     pub(crate) reporter: Reporter,
 }
 
-/// So long after we have commanded it, it may be seen to be armed. (Both say so with their heartbeat, up to a second later.)
-const ARMED_WITHIN: Duration = Duration::from_secs(5);
+/// As long it is not judged who has changed the mode.
+const DOUBT: Duration = Duration::from_millis(300);
 /// Setpoints that are sent are heard within this time after a start: twenty periods of theirs.
 const ADOPTS: Duration = Duration::from_secs(1);
 /// The target that the autopilot reports is not judged until this time has passed since a command: four of its messages.
@@ -79,7 +76,7 @@ impl Flown {
             personality,
             vehicle: Vehicle::default(),
             order: Order::default(),
-            authority: Authority::new(),
+            modes: ModeObserver::new(DOUBT),
             submode: Submode::Holding,
             settles_since: now,
             epoch: Epoch::new(config.jump_m.get()),
@@ -89,7 +86,6 @@ impl Flown {
             setpoints: Setpoints::default(),
             grooming: Grooming::new(),
             adopts: true,
-            arming: None,
             looked_at: now,
             reporter: Reporter::default(),
         }
@@ -111,15 +107,11 @@ impl Flown {
             }
             Err(crate::epoch::Overtaken) => return,
         }
-        let (was_heard, was_armed) = (self.vehicle.heartbeat.is_some(), self.vehicle.is_armed());
+        let was_armed = self.vehicle.is_armed();
         let was_in_air = self.vehicle.landed.is_some_and(|(_, it)| it == landed::IN_AIR);
         self.vehicle.take_in(heard, now.time);
         if was_armed && !self.vehicle.is_armed() {
             self.disarmed(was_in_air);
-        }
-        let is_our_arming = self.arming.is_some_and(|at| now.time - at <= ARMED_WITHIN);
-        if was_heard && !was_armed && self.vehicle.is_armed() && !is_our_arming {
-            self.authority.taken("it was armed by somebody else");
         }
         effects.extend(telemetry::published(heard, &self.vehicle, now));
         match heard {
@@ -192,7 +184,7 @@ impl Flown {
         tracing::warn!("the autopilot was started again");
         let heartbeat = self.vehicle.heartbeat.filter(|(_, it)| !it.armed);
         self.vehicle = Vehicle { heartbeat, ..Vehicle::default() };
-        self.authority.restarted();
+        self.modes.restarted();
         self.streams.restart();
         self.setpoints.end();
         self.grooming = Grooming::new();
@@ -205,7 +197,7 @@ impl Flown {
         self.grooming = Grooming::new();
         let is_ours = self.procedure.as_ref().is_some_and(|it| it.command == Command::Disarm);
         if was_in_air && !is_ours {
-            self.authority.taken("the motors were stopped in the air");
+            self.modes.taken("the motors were stopped in the air");
         }
     }
 
@@ -216,13 +208,13 @@ impl Flown {
             && self.vehicle.custom_mode() == Some(self.personality.ground_mode())
             && self.submode != Submode::Climbing
             && self.procedure.is_none()
-            && *self.authority.author() == Author::Ours
+            && self.modes.author() == Author::Ours
             && SETTLES <= now - self.settles_since;
         if is_judged && self.setpoints.are_of_somebody_else(echo, now) {
             tracing::warn!(?echo, "the autopilot follows a setpoint that is not ours");
             self.setpoints.end();
             self.setpoints.forget();
-            self.authority.taken("a setpoint that is not ours is flown");
+            self.modes.taken("a setpoint that is not ours is flown");
         }
     }
 
@@ -264,7 +256,7 @@ impl Flown {
         let result = procedure.advance(&Around { vehicle, personality, config, has_setpoint, now }, &mut acts);
         let (id, command) = (procedure.id, procedure.command);
         if command == Command::Arm {
-            self.arming = Some(now);
+            self.modes.arming(now);
         }
         for act in acts {
             match act {
@@ -273,7 +265,7 @@ impl Flown {
                     if self.vehicle.custom_mode() != Some(mode) {
                         self.setpoints.stands(self.personality.as_ref(), now);
                     }
-                    self.authority.expect(mode, now);
+                    self.expect(mode, now);
                 }
                 Act::Become(submode) => {
                     match submode {
@@ -307,7 +299,7 @@ impl Flown {
     /// none comes for a while, it holds.
     pub(crate) fn adopt(&mut self, has_setpoint: bool, now: Time) {
         let is_guided = self.vehicle.custom_mode() == Some(self.personality.setpoint_mode());
-        let is_ours = *self.authority.author() == Author::Ours;
+        let is_ours = self.modes.author() == Author::Ours;
         self.adopts &= self.vehicle.is_armed() && is_guided && is_ours && now - self.heard_first < ADOPTS;
         if self.adopts && has_setpoint {
             tracing::info!("started in flight: the setpoints are passed on");
@@ -319,7 +311,7 @@ impl Flown {
 
     /// The target to send for a setpoint of the layers above.
     pub(crate) fn follow(&mut self, setpoint: &Setpoint, config: &Config, now: Time) -> Option<Target> {
-        if matches!(self.authority.author(), Author::Other(_)) {
+        if self.modes.other().is_some() {
             return None;
         }
         self.setpoints.follow(setpoint, self.personality.as_ref(), &self.vehicle, config, now)
@@ -328,7 +320,7 @@ impl Flown {
     /// Stops a vehicle that follows setpoints when they stop, and stops it again while one that was stopped is neither seen to stand
     /// nor says that it follows the stop: a setpoint is not acknowledged.
     pub(crate) fn stop_without_setpoints(&mut self, has_setpoint: bool, now: Time) -> Option<Target> {
-        let is_ours = *self.authority.author() == Author::Ours;
+        let is_ours = self.modes.author() == Author::Ours;
         let are_lost = is_ours && self.setpoints.are_followed() && !has_setpoint;
         let is_guided = self.vehicle.custom_mode() == Some(self.personality.ground_mode());
         let stands = || self.vehicle.local_now(now).is_some_and(|it| length(it.velocity) <= STANDS_M_S);
@@ -345,8 +337,44 @@ impl Flown {
         let follows = watches.then(|| self.looked_at + Duration::from_millis(100));
         let adopts = self.adopts.then_some(self.heard_first + ADOPTS);
         let deadlines =
-            [self.streams.deadline(), busy, follows, adopts, self.authority.deadline(), self.grooming.deadline()];
+            [self.streams.deadline(), busy, follows, adopts, self.modes.deadline(), self.grooming.deadline()];
         deadlines.into_iter().flatten().min()
+    }
+
+    /// We set this mode. If it is flown already, it is ours from here on: no autopilot would say that it has taken the command.
+    fn expect(&mut self, mode: u32, now: Time) {
+        self.modes.sent(mode, now);
+        self.modes.accepted(mode);
+    }
+
+    /// Judges who has chosen the mode. One that has not started yet says nothing.
+    pub(crate) fn observe(&mut self, now: Time) {
+        let (Some(flown), Some((_, heartbeat))) = (self.vehicle.custom_mode(), self.vehicle.heartbeat) else { return };
+        if !heartbeat.armed && !self.personality.has_started(heartbeat.system_status) {
+            return;
+        }
+        let is_down = !heartbeat.armed || self.vehicle.is_on_ground();
+        let (landing, vehicle, personality) = (self.landing(), &self.vehicle, self.personality.as_ref());
+        let intended = landing.or(vehicle.intended(now)).unwrap_or(flown);
+        let seen = Seen {
+            armed: heartbeat.armed,
+            intended,
+            flown: landing.unwrap_or(flown),
+            may_be_ours: personality.mode(intended, Submode::Holding).is_some(),
+            failsafe_at: vehicle.critical_since.max(vehicle.texts.newest_of(personality.failsafe_texts())),
+        };
+        self.modes.saw(seen, |from| personality.changes_by_itself(from, intended, is_down), now);
+    }
+
+    /// The landing that is over, until the motors are seen to be off: PX4 tells the mode that follows it up to a second before that.
+    pub(crate) fn landing(&self) -> Option<u32> {
+        let (vehicle, personality) = (&self.vehicle, self.personality.as_ref());
+        let is_landing = |mode: &u32| personality.mode(*mode, Submode::Holding) == Some(FlightMode::Land);
+        let is_over = |mode: &u32| {
+            let next = vehicle.custom_mode();
+            next.is_some_and(|next| next != *mode && personality.changes_by_itself(*mode, next, vehicle.is_on_ground()))
+        };
+        self.modes.ours().filter(is_landing).filter(is_over).filter(|_| vehicle.is_armed())
     }
 
     fn set_submode(&mut self, submode: Submode, now: Time) {
@@ -362,7 +390,7 @@ impl Flown {
         let stands = self.vehicle.is_on_ground()
             && !heartbeat.armed
             && self.personality.has_started(heartbeat.system_status)
-            && !matches!(self.authority.author(), Author::Other(_))
+            && self.modes.other().is_none()
             && self.procedure.is_none();
         self.vehicle.custom_mode().filter(|_| stands)
     }
@@ -373,7 +401,7 @@ impl Flown {
         if !self.grooming.is_due(self.stands_in(), mode, now) {
             return None;
         }
-        self.authority.expect(mode, now);
+        self.expect(mode, now);
         let [main, sub] = self.personality.mode_params(mode);
         Some(Said::Command { command: CommandLong::new(command::SET_MODE, [1.0, main, sub]), confirmation: 0 })
     }

@@ -2,8 +2,8 @@
 //! becomes telemetry.
 //!
 //! What two real autopilots do, and do differently, is in two files of one interface (`personality`): which one it is says its
-//! heartbeat. Everything else is common: who is believed (`peers`), how a command is carried out (`procedure`), who flies
-//! (`authority`), whether positions can be compared (`epoch`).
+//! heartbeat. Everything else is common: who is believed (`peers`), how a command is carried out (`procedure`), who has
+//! chosen the mode ([`domain::fmu::ModeObserver`]), whether positions can be compared (`epoch`).
 //!
 //! It knows no skills, missions or permissions. It sends no parameter, no mission and no origin to the autopilot. What the autopilot
 //! does not say is not said here, and what is silent stays silent.
@@ -16,7 +16,6 @@ use kittiwake_proto::v1;
 use node::{Effect, Event, Node};
 
 mod ardupilot;
-mod authority;
 mod bridge;
 mod carrot;
 pub mod check;

@@ -2,12 +2,11 @@
 
 use std::time::Duration;
 
-use domain::fmu;
+use domain::fmu::{self, Author};
 use domain::time::Time;
 use kittiwake_proto::v1;
 use node::Effect;
 
-use crate::authority::Author;
 use crate::config::Config;
 use crate::flown::Flown;
 use crate::telemetry;
@@ -68,22 +67,21 @@ impl Flown {
 
     fn status(&self, around: Surroundings, config: &Config, now: Time) -> fmu::Status {
         let Surroundings { problem, has_setpoint } = around;
-        let Flown { vehicle, personality, authority, submode, .. } = self;
-        let landing = authority.landing(vehicle, personality.as_ref());
+        let Flown { vehicle, personality, modes, submode, .. } = self;
+        let landing = self.landing();
         let flown = landing.or(vehicle.custom_mode()).unwrap_or_default();
         let mut actual = personality.mode(flown, *submode);
-        let author = authority.author();
-        let is_other = matches!(author, Author::Other(_));
-        let intended = match (landing.or(vehicle.intended(now)), authority.commanded()) {
+        let (author, is_other) = (modes.author(), modes.other().is_some());
+        let intended = match (landing.or(vehicle.intended(now)), modes.ours()) {
             (Some(mode), _) => personality.mode(mode, *submode),
-            (None, Some(commanded)) if !is_other => personality.mode(commanded, *submode),
+            (None, Some(ours)) if !is_other => personality.mode(ours, *submode),
             _ => actual,
         };
         let signal_lost = vehicle.is_armed() && self.misses_us(intended, actual, is_other, has_setpoint, now);
         // ArduPilot keeps one that has landed it until it is started again: on the ground it flies nothing.
         let is_critical = vehicle.is_armed() && vehicle.critical_since.is_some();
         // While the autopilot flies a failsafe, or somebody else flies, nobody expects it to fly our setpoints.
-        let is_ours = *author == Author::Ours && !is_critical;
+        let is_ours = author == Author::Ours && !is_critical;
         let unflown = is_ours && self.setpoints.are_unflown(config.unflown_s.seconds(), now);
         // It stands although it is to fly: by our own stop, or because the autopilot swallows what it is told.
         let stands = (signal_lost && personality.stop().is_some() && intended == actual) || unflown;
@@ -92,7 +90,7 @@ impl Flown {
         }
         let is_ground_mode = flown == personality.ground_mode();
         let can_arm = vehicle.prearm(now).filter(|_| is_ground_mode || vehicle.is_armed());
-        let failsafe = *author == Author::Failsafe || is_critical;
+        let failsafe = author == Author::Failsafe || is_critical;
         let unable = can_arm == Some(false) && !vehicle.is_armed();
         let mut reasons = self.reasons(problem.as_deref(), unflown);
         if failsafe || is_other || unable {
@@ -137,16 +135,18 @@ impl Flown {
 
     /// What is otherwise than it should be, as far as the bridge itself knows it.
     fn reasons(&self, problem: Option<&str>, unflown: bool) -> Vec<String> {
-        let other = match self.authority.author() {
-            Author::Other(how) => Some(how.as_str()),
-            _ => None,
-        };
+        let other = self.modes.other().map(|how| how.in_words(|mode| self.personality.mode_name(mode)));
         let no_origin = "the autopilot has not said where the origin of its local frame is";
         let not_flown = "the vehicle does not fly its setpoints: they may lie beyond the autopilot's fence, or wind or a slow \
                          link may hold it back";
         let moved = Some(self.moved.as_str()).filter(|it| !it.is_empty());
-        let reasons =
-            [other, problem, self.vehicle.origin.is_none().then_some(no_origin), unflown.then_some(not_flown), moved];
+        let reasons = [
+            other.as_deref(),
+            problem,
+            self.vehicle.origin.is_none().then_some(no_origin),
+            unflown.then_some(not_flown),
+            moved,
+        ];
         reasons.into_iter().flatten().map(str::to_owned).collect()
     }
 

@@ -197,8 +197,9 @@ impl Texts {
         texts.join("; ")
     }
 
-    /// Whether a text that came at `since` or later contains one of `words`.
-    pub(crate) fn says_since(&self, words: &[&str], since: Time) -> bool {
-        self.0.iter().any(|(at, _, text)| since <= *at && words.iter().any(|word| text.contains(word)))
+    /// When the newest text that contains one of `words` came.
+    pub(crate) fn newest_of(&self, words: &[&str]) -> Option<Time> {
+        let contains = |text: &str| words.iter().any(|word| text.contains(word));
+        self.0.iter().rev().find(|(_, _, text)| contains(text)).map(|(at, ..)| *at)
     }
 }

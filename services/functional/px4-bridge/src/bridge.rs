@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use domain::fmu::{
-    Command, CommandAck, CommandId, CommandResult, LocalPosition, OffboardControl, Setpoint, Status, VehicleCommand,
+    Command, CommandAck, CommandId, CommandResult, LocalPosition, ModeObserver, OffboardControl, Seen, Setpoint,
+    Status, VehicleCommand,
 };
 use domain::time::Time;
 use kittiwake_proto::topics::Topic;
@@ -18,7 +19,6 @@ use crate::frame::{Frame, is_restart};
 use crate::health::Health;
 use crate::keys;
 use crate::modes::NavState;
-use crate::ownership::{Ownership, Seen};
 use crate::port::Arrival;
 use crate::telemetry::{self, Rates};
 use crate::watch::Watch;
@@ -60,7 +60,9 @@ pub(crate) struct Bridge {
     rates: Rates,
     frame: Frame,
     health: Health,
-    ownership: Ownership,
+    modes: ModeObserver<NavState>,
+    /// How high the newest takeoff of ours is to end.
+    takeoff_m: Option<f64>,
     carrot: Carrot,
     flies: Option<Flies>,
     position: Option<(Time, LocalPosition)>,
@@ -81,7 +83,9 @@ impl Bridge {
         Bridge {
             watch: Watch::new(definitions, config.domain, config.silent_after_s.seconds()),
             frame: Frame::new(config.frame_jump_m.get()),
-            ownership: Ownership::new(config.takeoff_short_m.get()),
+            // PX4 says which mode is intended, and no failsafe changes that.
+            modes: ModeObserver::new(Duration::ZERO),
+            takeoff_m: None,
             config: config.clone(),
             rates: Rates::default(),
             health: Health::default(),
@@ -194,9 +198,8 @@ impl Bridge {
         self.clocks.0 = clock;
         let before = self.flies.replace(flies);
         self.watch.heard("vehicle_status", now);
-        let height_m = self.fresh_position(now).map(|it| it.position.height_m());
-        self.ownership.seen(Seen { armed: flies.armed, intended: flies.intended, height_m }, now);
-        let ended = before.is_some_and(|it| it.armed) && !flies.armed && !self.ownership.is_by_other();
+        self.observe(flies, now);
+        let ended = before.is_some_and(|it| it.armed) && !flies.armed && self.modes.other().is_none();
         self.hold_wanted = (self.hold_wanted || ended) && !flies.armed && flies.intended != NavState::LOITER;
         self.publish_status(now, out);
         self.arm_once_in_hold(now, out);
@@ -204,12 +207,25 @@ impl Bridge {
         Ok(true)
     }
 
+    /// Judges who has chosen the mode. By itself PX4 ends a takeoff that is at its height; the change back after a landing comes with the
+    /// disarming.
+    fn observe(&mut self, Flies { armed, intended, .. }: Flies, now: Time) {
+        let height_m = self.fresh_position(now).map(|it| it.position.height_m());
+        let short_m = self.config.takeoff_short_m.get();
+        let is_short = self.takeoff_m.zip(height_m).is_some_and(|(wanted, is)| is < wanted - short_m);
+        let may_be_ours = intended.is_commandable();
+        // It says itself that it flies something else.
+        let seen = Seen { armed, intended, flown: intended, may_be_ours, failsafe_at: None };
+        let ends_takeoff = |from| (from, intended) == (NavState::TAKEOFF, NavState::LOITER) && !is_short;
+        self.modes.saw(seen, ends_takeoff, now);
+    }
+
     fn look_for_restart(&mut self, before_us: u64, now_us: u64) {
         if is_restart(before_us, now_us) {
             tracing::warn!(before_us, now_us, "PX4 was started again: its clock went back");
             self.watch.restarted();
             self.frame.restarted();
-            self.ownership.restarted();
+            self.modes.restarted();
             self.carrot.end();
             self.health = Health::default();
             self.rates = Rates::default();
@@ -262,7 +278,7 @@ impl Bridge {
             failures: self.health.failures(flies.intended, flies.failsafe),
             origin: self.frame.origin(),
             gripper: None,
-            commanded_by_other: self.ownership.is_by_other(),
+            commanded_by_other: self.modes.other().is_some(),
             reason,
             can_arm,
             frame_epoch: self.frame.epoch(),
@@ -285,7 +301,7 @@ impl Bridge {
             }
             let in_hold = self.flies.is_some_and(|it| (it.intended, it.actual) == (NavState::LOITER, NavState::LOITER));
             // It is set even where it is the mode already, if somebody else has chosen it: from the arming on it is ours.
-            let sets_hold = command == Command::Arm && (!in_hold || self.ownership.is_by_other());
+            let sets_hold = command == Command::Arm && (!in_hold || self.modes.other().is_some());
             let step = if sets_hold { Step::SetsHold } else { Step::Sent };
             self.pending = Some(Pending { id, command, step, since: now, repeats: 0 });
         }
@@ -332,11 +348,13 @@ impl Bridge {
             }
         }
         if let Some(mode) = mode {
-            let takeoff_m = if let Command::Takeoff { height_m } = pending.command { Some(height_m) } else { None };
-            self.ownership.commanded(mode, takeoff_m, now);
+            if let Command::Takeoff { height_m } = pending.command {
+                self.takeoff_m = Some(height_m);
+            }
+            self.modes.sent(mode, now);
         }
         if (pending.command, pending.step) == (Command::Arm, Step::Sent) {
-            self.ownership.arming(now);
+            self.modes.arming(now);
         }
     }
 
@@ -347,14 +365,14 @@ impl Bridge {
         match (answer, pending.step) {
             (Answer::InProgress, _) => {}
             (Answer::Accepted, Step::SetsHold | Step::AwaitsHold) => {
-                self.ownership.accepted(NavState::LOITER);
+                self.modes.accepted(NavState::LOITER);
                 pending.step = Step::AwaitsHold;
                 self.pending = Some(pending);
                 self.arm_once_in_hold(now, out);
             }
             (Answer::Accepted, Step::Sent) => {
                 if let Some(mode) = mode {
-                    self.ownership.accepted(mode);
+                    self.modes.accepted(mode);
                 }
                 self.refusal.clear();
                 self.pending = None;
@@ -362,7 +380,7 @@ impl Bridge {
             }
             (Answer::Refused(words), step) => {
                 if let Some(mode) = mode {
-                    self.ownership.refused(mode);
+                    self.modes.refused(mode);
                 }
                 let intended = self.flies.map_or(NavState::LOITER, |it| it.intended);
                 let why = self.health.reasons(mode.unwrap_or(intended));
@@ -400,7 +418,7 @@ impl Bridge {
             && let Ok(payload) = crate::commands::Px4Command::hold().encode(definition, flies.target, 0)
         {
             out.samples.push((key, payload));
-            self.ownership.commanded(NavState::LOITER, None, now);
+            self.modes.sent(NavState::LOITER, now);
         }
     }
 

@@ -21,7 +21,6 @@ mod frame;
 mod health;
 pub mod keys;
 pub mod modes;
-mod ownership;
 pub mod params;
 pub mod port;
 mod telemetry;

@@ -3,6 +3,7 @@
 use toml::Spanned;
 
 use super::{Actions, Entry, find};
+use crate::contingency::label::Label;
 use crate::contingency::{LEFT_TO_OTHERS, Phase, SOMEBODY_ELSE_FLIES, Severity, Then};
 use crate::file::{Mistake, Source};
 
@@ -37,9 +38,11 @@ pub(super) fn check_yields(source: &Source, entry: &Entry, actions: &Actions, mi
         |name: &&Spanned<String>| find(actions, name.as_ref()).is_some_and(|it| it.severity == Severity::Yield);
     let all_yield = entry.chain().all(|it| yields(&it));
     if flag == SOMEBODY_ELSE_FLIES {
-        if !all_yield || entry.phases.is_some() || entry.situations.is_some() || entry.may_be_overridden {
+        let is_binding = entry.label.as_ref().is_some_and(|it| *it.as_ref() == Label::Binding);
+        if !all_yield || entry.phases.is_some() || entry.situations.is_some() || !is_binding {
             let message = format!("`{flag}` must command nothing, in every phase, and whatever was ordered before");
-            let help = "name an action of severity yield, leave `phases` and `situations` out, and set `may_be_overridden = false`";
+            let help =
+                "name an action of severity yield, leave `phases` and `situations` out, and set `label = \"binding\"`";
             mistakes.push(source.mistake(Some(entry.flag.span()), message, help));
         }
     } else if let Some(action) = entry.chain().find(yields) {

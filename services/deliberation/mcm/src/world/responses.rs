@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use domain::contingency::label::Label;
 use domain::contingency::{Clears, OPERATOR_LAND, Phase, Severity, Then};
 use domain::decision::{DecisionKind, Rejected};
 use domain::geometry::Ned;
@@ -108,8 +109,10 @@ impl World {
             Passed::OutOfPhase(phase)
         } else if passed.severity() < begun.severity() {
             Passed::LessSevere
-        } else if self.people.operator.overrides(self.flags.name(row)) && passed.may_be_overridden {
+        } else if self.people.operator.overrides(self.flags.name(row)) && passed.may_be_overridden() {
             Passed::Overridden
+        } else if passed.label == Label::Comfort && begun.label != Label::Comfort {
+            Passed::Optional
         } else {
             Passed::LessUrgent
         }

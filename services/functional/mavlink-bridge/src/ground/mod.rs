@@ -2,7 +2,7 @@
 //!
 //! Frames go on as they came, byte by byte, signature and all, by the rules of MAVLink's routing guide: everything but what is for us,
 //! and never back to where their sender is. Nothing that comes from the ground is believed by the bridge itself: an autopilot is one that
-//! speaks on the autopilot's link. A ground station that selects a mode takes the vehicle, as any other pilot does (`authority`).
+//! speaks on the autopilot's link. A ground station that selects a mode takes the vehicle, as any other pilot does.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
