@@ -91,7 +91,13 @@ impl<Ctx> Tree<Ctx> {
     /// `stamp` is called at every change, and its result is recorded with the change: the clock of a measurement, or
     /// `|| 0`. The engine itself reads no clock.
     pub fn record_changes(&mut self, capacity: usize, stamp: fn() -> u64) {
-        self.machine.changes = Some(ChangeRecorder::new(capacity, stamp));
+        self.record_changes_of(|_| true, capacity, stamp);
+    }
+
+    /// The same of those nodes only that `watched` names: what nobody reads costs a reading of the clock each time.
+    pub fn record_changes_of(&mut self, watched: impl Fn(NodeId) -> bool, capacity: usize, stamp: fn() -> u64) {
+        let watched = (0..self.len()).map(|at| watched(NodeId::new(at))).collect();
+        self.machine.changes = Some(ChangeRecorder::new(capacity, watched, stamp));
     }
 
     /// Passes the status changes since the last call to `take`, oldest first. Returns how many were lost because they

@@ -26,19 +26,24 @@ pub struct StatusChange {
 pub(crate) struct ChangeRecorder {
     changes: VecDeque<StatusChange>,
     capacity: usize,
+    /// For each node whether it is recorded.
+    watched: Vec<bool>,
     stamp: fn() -> u64,
     /// Changes displaced since the last [`ChangeRecorder::drain`].
     lost: u64,
 }
 
 impl ChangeRecorder {
-    pub(crate) fn new(capacity: usize, stamp: fn() -> u64) -> Self {
+    pub(crate) fn new(capacity: usize, watched: Vec<bool>, stamp: fn() -> u64) -> Self {
         let capacity = capacity.max(1);
-        ChangeRecorder { changes: VecDeque::with_capacity(capacity), capacity, stamp, lost: 0 }
+        ChangeRecorder { changes: VecDeque::with_capacity(capacity), capacity, watched, stamp, lost: 0 }
     }
 
     /// Records a change at `now`, in nanoseconds.
     pub(crate) fn push(&mut self, now: u64, node: NodeId, from: NodeStatus, to: NodeStatus) {
+        if !self.watched[node.index()] {
+            return;
+        }
         if self.changes.len() == self.capacity {
             self.changes.pop_front();
             self.lost += 1;

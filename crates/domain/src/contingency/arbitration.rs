@@ -1,5 +1,8 @@
 //! Which row responds, of those whose flags are up.
 
+use std::collections::BTreeMap;
+
+use super::group::Group;
 use super::{Phase, Row, Severity};
 use crate::situation::Situation;
 
@@ -63,17 +66,22 @@ pub struct Raised {
 /// whatever is flown ([`super::narrowing`]).
 pub fn responder(rows: &[Row], raised: impl IntoIterator<Item = Raised> + Clone, moment: Moment) -> Option<usize> {
     let is_ordered = raised.clone().into_iter().any(|it| it.overrides);
-    let is_known = |row: &Row| {
-        raised.clone().into_iter().filter(|it| it.is_overridden).filter_map(|it| rows.get(it.row)).any(|known| {
-            known.flag == row.flag
-                || (known.group.is_some() && known.group == row.group && row.severity() <= known.severity())
-        })
+    let known = || raised.clone().into_iter().filter(|it| it.is_overridden).filter_map(|it| rows.get(it.row));
+    // The most severe one that was known in each group, found once: a table may have many rows, and all of them may be up.
+    let mut most: BTreeMap<Group, Severity> = BTreeMap::new();
+    for (group, row) in known().filter(|_| is_ordered).filter_map(|row| Some((row.group?, row))) {
+        let severity = most.entry(group).or_insert(row.severity());
+        *severity = row.severity().max(*severity);
+    }
+    let is_known = |it: Raised, row: &Row| {
+        let in_group = || row.group.and_then(|group| most.get(&group)).is_some_and(|known| row.severity() <= *known);
+        it.is_overridden || in_group()
     };
     let rank = |it: Raised| {
         let row = rows.get(it.row).filter(|row| !row.only_slows())?;
         let is_ordered_now = it.overrides && row.situations.contains(&moment.situation);
         let counts = it.under_way.is_some() || is_ordered_now || moment.counts(row);
-        let gives_way = is_ordered && row.may_be_overridden() && !it.overrides && is_known(row);
+        let gives_way = is_ordered && row.may_be_overridden() && !it.overrides && is_known(it, row);
         let severity = it.under_way.map_or(row.severity(), |reached| reached.max(row.severity()));
         (counts && !gives_way).then_some((row.order(severity), it.row))
     };

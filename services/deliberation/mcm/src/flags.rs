@@ -1,7 +1,7 @@
 //! Which flags are up. Events raise them; only the row of a flag takes it down again.
 //!
-//! A flag is found by the number of its row: the tree asks every row at every tick while any flag is up, and the
-//! answers must be quick when the first flag comes.
+//! Those that are up lie together, and nothing else is read to find one of them: a flag comes when the caches belong to other processes, and
+//! a table has many rows.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,12 +11,12 @@ use domain::contingency::Contingencies;
 use domain::measured::Measured;
 use domain::time::Time;
 
-/// The flags of the table's rows, most urgent first.
+/// The flags of the table's rows.
 #[derive(Debug, Default)]
 pub(crate) struct Flags {
-    /// For each row, apart from the rest: a tick without a flag reads no more than this.
-    up: Vec<bool>,
-    rows: Vec<(Arc<str>, Option<Flag>)>,
+    /// Those that are up with the numbers of their rows, most urgent first.
+    up: Vec<(usize, Flag)>,
+    names: Vec<Arc<str>>,
     numbers: HashMap<Arc<str>, usize>,
 }
 
@@ -68,9 +68,9 @@ impl Flag {
 impl Flags {
     /// All down.
     pub(crate) fn of(table: &Contingencies) -> Flags {
-        let rows: Vec<(Arc<str>, _)> = table.rows().iter().map(|it| (it.flag.as_str().into(), None)).collect();
-        let numbers = rows.iter().enumerate().map(|(number, (name, _))| (name.clone(), number)).collect();
-        Flags { up: vec![false; rows.len()], rows, numbers }
+        let names: Vec<Arc<str>> = table.rows().iter().map(|it| it.flag.as_str().into()).collect();
+        let numbers = names.iter().cloned().zip(0..).collect();
+        Flags { up: Vec::new(), names, numbers }
     }
 
     /// The number of a flag's row; `None` if it has none.
@@ -80,7 +80,7 @@ impl Flags {
 
     /// The name of a row's flag.
     pub(crate) fn name(&self, row: usize) -> &Arc<str> {
-        &self.rows[row].0
+        &self.names[row]
     }
 
     /// Raises a row's flag; true if it was down.
@@ -92,14 +92,21 @@ impl Flags {
         reason: String,
         measured: Option<Measured>,
     ) -> bool {
-        let rose = !std::mem::replace(&mut self.up[row], true);
-        let (sources, acknowledged_by, overridden) = (Vec::new(), None, false);
-        let fresh = || Flag { since: now, reason, measured, sources, acknowledged_by, overridden };
-        let flag = self.rows[row].1.get_or_insert_with(fresh);
-        if !flag.sources.contains(&source) {
-            flag.sources.push(source);
+        match self.place(row) {
+            Ok(place) => {
+                let sources = &mut self.up[place].1.sources;
+                if !sources.contains(&source) {
+                    sources.push(source);
+                }
+                false
+            }
+            Err(place) => {
+                let (sources, acknowledged_by, overridden) = (vec![source], None, false);
+                let flag = Flag { since: now, reason, measured, sources, acknowledged_by, overridden };
+                self.up.insert(place, (row, flag));
+                true
+            }
         }
-        rose
     }
 
     /// Raises a row's flag again as it was before a restart of the manager.
@@ -112,8 +119,11 @@ impl Flags {
         acknowledged_by: Option<String>,
         overridden: bool,
     ) {
-        self.up[row] = true;
-        self.rows[row].1 = Some(Flag { since: now, reason, measured: None, sources, acknowledged_by, overridden });
+        let flag = Flag { since: now, reason, measured: None, sources, acknowledged_by, overridden };
+        match self.place(row) {
+            Ok(place) => self.up[place].1 = flag,
+            Err(place) => self.up.insert(place, (row, flag)),
+        }
     }
 
     /// By `source` the flag's condition no longer holds; the flag stays up until its row takes it down.
@@ -132,54 +142,50 @@ impl Flags {
 
     /// Takes a flag down.
     pub(crate) fn lower(&mut self, name: &str) {
-        if let Some(row) = self.number(name) {
-            self.up[row] = false;
-            self.rows[row].1 = None;
-        }
+        self.up.retain(|(row, _)| *self.names[*row] != *name);
     }
 
     pub(crate) fn get(&self, name: &str) -> Option<&Flag> {
-        self.rows[self.number(name)?].1.as_ref()
+        self.iter().find(|(other, _)| *other == name).map(|(_, flag)| flag)
+    }
+
+    /// The flag of a row, if it is up.
+    pub(crate) fn of_row(&self, row: usize) -> Option<&Flag> {
+        self.place(row).ok().map(|place| &self.up[place].1)
     }
 
     pub(crate) fn is_up(&self, name: &str) -> bool {
         self.get(name).is_some()
     }
 
-    /// Whether a row's flag is up.
-    pub(crate) fn row_is_up(&self, row: usize) -> bool {
-        self.up[row]
-    }
-
-    /// Whether a row's flag was up when an operator last ordered something with override.
-    pub(crate) fn is_overridden(&self, row: usize) -> bool {
-        self.rows[row].1.as_ref().is_some_and(|it| it.overridden)
-    }
-
     /// An operator orders something with override, and knows of every flag that is up.
     pub(crate) fn override_all(&mut self) {
-        self.rows.iter_mut().filter_map(|(_, flag)| flag.as_mut()).for_each(|flag| flag.overridden = true);
-    }
-
-    /// Whether any flag is up.
-    pub(crate) fn any_is_up(&self) -> bool {
-        self.up.contains(&true)
+        self.up.iter_mut().for_each(|(_, flag)| flag.overridden = true);
     }
 
     /// The rows whose flags are up, most urgent first.
     pub(crate) fn rows_up(&self) -> impl Iterator<Item = usize> + Clone {
-        self.up.iter().enumerate().filter(|(_, up)| **up).map(|(row, _)| row)
+        self.up.iter().map(|(row, _)| *row)
     }
 
-    /// The flags that are up with their names, most urgent first.
+    /// The flags that are up with the numbers of their rows, most urgent first.
+    pub(crate) fn up(&self) -> impl Iterator<Item = (usize, &Flag)> {
+        self.up.iter().map(|(row, flag)| (*row, flag))
+    }
+
+    /// The same with their names.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&str, &Flag)> {
-        let up = self.up.iter().zip(&self.rows).filter(|(up, _)| **up);
-        up.filter_map(|(_, (name, flag))| Some((&**name, flag.as_ref()?)))
+        self.up.iter().map(|(row, flag)| (&*self.names[*row], flag))
+    }
+
+    /// Where a row's flag is among those that are up, or would be.
+    fn place(&self, row: usize) -> Result<usize, usize> {
+        self.up.binary_search_by_key(&row, |(row, _)| *row)
     }
 
     fn get_mut(&mut self, name: &str) -> Option<&mut Flag> {
-        let row = self.number(name)?;
-        self.rows[row].1.as_mut()
+        let names = &self.names;
+        self.up.iter_mut().find(|(row, _)| *names[*row] == *name).map(|(_, flag)| flag)
     }
 }
 

@@ -154,6 +154,8 @@ impl Mcm {
             self.world.say("mission", format!("a node of the tree failed by an error: {}", error.kind));
         }
         let periodic = now + self.world.limits().tick_period;
+        let waits_until = self.world.decision_now().wait.and_then(|it| it.until).filter(|it| now < *it);
+        let periodic = waits_until.map_or(periodic, |it| periodic.min(it));
         self.next_tick = match (answer, self.tree.next_tick()) {
             (Status::Running, NextTick::At(at)) => Some(periodic.min(Time::after(at))),
             (Status::Running, _) => Some(periodic),
@@ -181,7 +183,7 @@ impl Node for Mcm {
             Event::Message { message, .. } => self.world.take_in(message),
             Event::Reply { call, result } => self.world.take_reply(call, result),
             Event::Request { token, request: Request::OperatorCommand(command), .. } => {
-                let reply = self.world.obey(command, self.next_tick.is_none());
+                let reply = self.world.obey(command);
                 self.world.reply(token, Response::OperatorCommand(reply));
                 if self.world.takes_new_tree() {
                     self.begin_tree(now);
@@ -209,7 +211,7 @@ impl Node for Mcm {
         if self.reporter.next() <= now.time && self.world.has_nothing_to_send() {
             self.world.look_at_alternates();
         }
-        self.reporter.report(&self.tree, &mut self.world, self.next_tick.is_none(), self.ticks);
+        self.reporter.report(&self.tree, &mut self.world, self.ticks);
         if let Some(record) = self.timing.as_mut().and_then(|timing| timing.end_wake(&mut self.tree)) {
             self.world.publish(record);
         }
@@ -222,5 +224,13 @@ impl Node for Mcm {
 
     fn deadline(&self) -> Option<Time> {
         [self.next_tick, Some(self.reporter.next()), self.world.deadline()].into_iter().flatten().min()
+    }
+}
+
+#[cfg(test)]
+impl Mcm {
+    /// What is decided now, as far as it is kept, and from nothing.
+    pub(crate) fn decided(&self) -> (crate::decide::Decision, crate::decide::Decision) {
+        self.world.decided()
     }
 }

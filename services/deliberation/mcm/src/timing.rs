@@ -33,10 +33,10 @@ struct Leaf {
 impl Timing {
     /// Watches `tree` from now on. `now_ns` reads nanoseconds of any one clock.
     pub(crate) fn of<World>(tree: &mut Tree<World>, now_ns: fn() -> u64) -> Timing {
-        tree.record_changes(CAPACITY, now_ns);
         let is_leaf = |node: &NodeView<'_>| tree.children(node.id).next().is_none();
         let leaf = |node: NodeView<'_>| Leaf { kind: node.tag.to_owned(), path: path(tree, node) };
-        let leaves = tree.nodes().map(|node| is_leaf(&node).then(|| leaf(node))).collect();
+        let leaves: Vec<Option<Leaf>> = tree.nodes().map(|node| is_leaf(&node).then(|| leaf(node))).collect();
+        tree.record_changes_of(|node| leaves[node.index()].is_some(), CAPACITY, now_ns);
         let changes = Vec::with_capacity(CAPACITY);
         Timing { now_ns, leaves, woken_ns: None, ticked_ns: 0, ticks: [0; BUCKETS], changes }
     }
@@ -71,11 +71,7 @@ impl Timing {
         let decided_ns = (self.now_ns)();
         let woken_ns = self.woken_ns.take().unwrap_or(decided_ns);
         self.changes.clear();
-        let lost_changes = tree.take_changes(|change| {
-            if matches!(self.leaves.get(change.node.index()), Some(Some(_))) {
-                self.changes.push(change);
-            }
-        });
+        let lost_changes = tree.take_changes(|change| self.changes.push(change));
         if !self.changes.iter().any(|change| [change.from, change.to].contains(&NodeStatus::Running)) {
             return None;
         }

@@ -13,6 +13,7 @@ mod after_the_end;
 mod allocations;
 mod alternates;
 mod asking_ahead;
+mod deciding;
 mod drops;
 mod interruptions;
 mod late_plans;

@@ -5,12 +5,15 @@ use std::sync::{Arc, LazyLock};
 use behavior_tree::{LeafError, Ports};
 
 use super::ports::Condition;
+use crate::decide::Activity;
 use crate::world::World;
 
 pub(super) fn mission_not_over(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
-    let Some(reason) = world.over() else { return Ok(true) };
-    ports.because("the mission is not over", reason.to_owned(), "not over".to_owned());
-    Ok(false)
+    let is_over = matches!(world.decision().activity, Activity::End | Activity::Over);
+    if let Some(reason) = world.over().filter(|_| is_over) {
+        ports.because("the mission is not over", reason.to_owned(), "not over".to_owned());
+    }
+    Ok(!is_over)
 }
 
 /// Made once, so that a flag is answered before any words are made.

@@ -2,33 +2,38 @@
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
 
-use crate::world::{PlanProgress, World};
+use crate::decide::{Activity, Awaited, Decision};
+use crate::world::World;
 
 pub(super) struct Replan;
 
 impl Leaf<World> for Replan {
-    fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+    fn start(&mut self, world: &mut World, _: &mut Ports<'_>) -> LeafResult {
         world.begin_asking_for_plan();
-        self.tick(world, ports)
+        // The decision of this tick does not know yet that the step is over. A flag that counts from now on must not keep the planner
+        // from being asked whether anything is left.
+        if let Some(wait) = world.decision_now().wait {
+            world.go_on_after(wait);
+        }
+        Ok(Status::Running)
     }
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        match world.pursue_plan() {
-            PlanProgress::Awaited(until) => {
-                if let Some(at) = until {
-                    ports.tick_at(at.since_start());
+        let Decision { activity, wait, .. } = *world.decision();
+        match (activity, wait) {
+            (_, Some(wait)) => {
+                world.go_on_after(wait);
+                if wait.what == Awaited::Approval && wait.is_over(world.now()) {
+                    ports.tick_again();
                 }
                 Ok(Status::Running)
             }
-            PlanProgress::Changed => {
-                ports.tick_again();
-                Ok(Status::Running)
-            }
-            PlanProgress::Adopted => {
+            (Activity::Fly, None) => {
                 ports.tick_again();
                 Ok(Status::Success)
             }
-            PlanProgress::Finished => {
+            (_, None) => {
+                world.end_with_objectives();
                 ports.explain("no objective is left");
                 Ok(Status::Failure)
             }

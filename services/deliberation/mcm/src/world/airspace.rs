@@ -49,7 +49,7 @@ impl World {
                 unknown: unknown.map(|it| it.name.clone()).collect(),
                 flying: self.is_flying(),
                 may_hear: self.permissions.may_still_ask(now),
-                no_new_area: self.answer.decision.narrowing.no_new_area.is_some(),
+                no_new_area: self.narrowing().no_new_area.is_some(),
                 needs_held: self.answer.needs_held_areas,
                 grants,
             }
@@ -66,7 +66,7 @@ impl World {
         WhatMayBeEntered {
             held: self.enterable(),
             areas: self.planner.areas().clone(),
-            narrowing: self.answer.decision.narrowing,
+            narrowing: self.narrowing(),
             comes_down: self.comes_down(),
             needs_held_areas: self.answer.needs_held_areas,
         }
@@ -188,7 +188,7 @@ impl World {
 
     /// The flag because of which no landing may begin at `place`, if there is one.
     pub(crate) fn landing_forbidden_by(&self, place: Ned) -> Option<&Arc<str>> {
-        let (row, at) = (self.answer.decision.narrowing.no_landing_here?, self.landings.no_landing_at?);
+        let (row, at) = (self.narrowing().no_landing_here?, self.landings.no_landing_at?);
         (place.horizontal_distance_m(at) < SAME_SITE_M).then(|| self.flags.name(row))
     }
 

@@ -283,7 +283,7 @@ impl World {
             self.need_held_areas(false);
             return;
         };
-        let (areas, row) = (areas.join(", "), self.answer.decision.narrowing.no_new_area);
+        let (areas, row) = (areas.join(", "), self.narrowing().no_new_area);
         let although = match row {
             Some(row) => format!("`{}` is up", self.flags.name(row)),
             None => "the tower has not decided about it again since the start".to_owned(),

@@ -39,6 +39,8 @@ impl World {
         self.watch_control();
         self.watch_airspace();
         self.watch_for_the_ground();
+        // Also while a response holds, as an operator's pause does.
+        self.give_up_waiting();
         let lost_from = self.watch_the_monitor();
         self.let_unanswered_flags_fall();
         self.take_decision();

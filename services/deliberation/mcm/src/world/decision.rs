@@ -1,50 +1,131 @@
 //! What is decided at a tick, by the one rule ([`crate::decide`]), and what is asked of the decision.
 
+use std::borrow::Cow;
+
 use domain::contingency::narrowing::{Narrowing, Narrows};
-use domain::contingency::{Action, Moment, Raised, Severity};
+use domain::contingency::{Action, Moment, Raised, Row, Severity};
 use domain::decision::DecisionKind;
 
-use super::World;
 use super::responses::ActiveResponse;
-use crate::decide::{Decision, decide};
+use super::{Mission, World};
+use crate::clients::planner::{Holding, PlanRequest};
+use crate::decide::{Awaited, Belief, Decision, PlanStage, Progress, Stage, Wait, decide};
 use crate::journal::{CONTINGENCY, Cause, Entry, Said};
+use crate::vehicle::Vehicle;
+
+/// A decision with all that it follows from, so that it is made again when that is another, and then only.
+#[derive(Debug, Default)]
+pub(super) struct Decided {
+    belief: Belief,
+    progress: Progress,
+    decision: Decision,
+}
+
+impl Decided {
+    fn of(belief: Belief, progress: Progress, rows: &[Row]) -> Decided {
+        Decided { decision: decide(&belief, rows, progress), belief, progress }
+    }
+}
 
 impl World {
     /// Decides by what is believed now, and records what is new. Every leaf of this tick acts by it.
     pub(super) fn take_decision(&mut self) {
-        let now = self.decision_now();
-        let before = std::mem::replace(&mut self.answer.decision, now);
         self.answer.permits.take();
+        let Some(now) = self.decided_anew() else { return };
+        let Decided { decision: before, .. } = std::mem::replace(&mut self.answer.decided, now);
         self.say_narrowing(before.narrowing);
-        for (row, waits) in &self.answer.decision.waits {
-            if before.waits.get(row) != Some(waits) {
-                self.out.journal.decided(self.now, Entry::Waits(*row, *waits));
+        for waits in &self.answer.decided.decision.waits {
+            if !before.waits.contains(waits) {
+                self.out.journal.decided(self.now, Entry::Waits(waits.0, waits.1));
             }
         }
     }
 
-    /// What would be decided now, as between two ticks.
-    fn decision_now(&self) -> Decision {
-        let raised: Vec<Raised> = self.raised().collect();
-        decide(self.setup.table.rows(), &raised, Moment { situation: self.situation(), phase: self.flight_phase() })
+    /// What is decided now, if it follows from anything else than the decision of this tick. All that it follows from is compared, so
+    /// that an old one is never kept; the table is that of the start.
+    fn decided_anew(&self) -> Option<Decided> {
+        let moment = Moment { situation: self.situation(), phase: self.flight_phase() };
+        let (progress, decided) = (self.mission_progress(), &self.answer.decided);
+        let is_same = progress == decided.progress
+            && moment == decided.belief.moment
+            && self.raised().eq(decided.belief.raised.iter().copied());
+        let belief = || Belief { raised: self.raised().collect(), moment };
+        (!is_same).then(|| Decided::of(belief(), progress, self.setup.table.rows()))
+    }
+
+    /// What the leaves of this tick act by.
+    pub(crate) fn decision(&self) -> &Decision {
+        &self.answer.decided.decision
+    }
+
+    /// What is decided now: after an order and before the tick, or by what has come of the tick.
+    pub(crate) fn decision_now(&self) -> Cow<'_, Decision> {
+        self.decided_anew().map_or(Cow::Borrowed(self.decision()), |it| Cow::Owned(it.decision))
+    }
+
+    /// What is narrowed since the flags were taken in last.
+    pub(crate) fn narrowing(&self) -> Narrowing {
+        self.decision().narrowing
+    }
+
+    /// [`World::decision_now`], and the same from nothing.
+    #[cfg(test)]
+    pub(crate) fn decided(&self) -> (Decision, Decision) {
+        let moment = Moment { situation: self.situation(), phase: self.flight_phase() };
+        let belief = Belief { raised: self.raised().collect(), moment };
+        let fresh = Decided::of(belief, self.mission_progress(), self.setup.table.rows());
+        (self.decision_now().into_owned(), fresh.decision)
     }
 
     /// The row that responds at this tick; `None`: the nominal flight continues.
     pub(crate) fn responder(&self) -> Option<usize> {
-        self.answer.decision.responder
+        self.decision().responder()
     }
 
     /// The row that would respond now: after an order, and before the tick decides.
     pub(crate) fn next_responder(&self) -> Option<usize> {
-        if self.flags.any_is_up() { self.decision_now().responder } else { None }
+        self.decision_now().responder()
+    }
+
+    /// How far the mission has come.
+    fn mission_progress(&self) -> Progress {
+        let Mission { over, report, started_s, .. } = &self.mission;
+        let stage = match (over, report, started_s) {
+            (_, Some(_), _) => Stage::Reported,
+            (Some(_), None, _) => Stage::Ending,
+            (None, None, Some(_)) => Stage::Begun,
+            (None, None, None) => Stage::Before,
+        };
+        Progress { stage, plan: self.plan_stage(), order: self.awaited_order() }
+    }
+
+    /// The vehicle that plans are made for, once its state suffices: nothing takes off without a battery that is known.
+    pub(super) fn plans_from(&self) -> Option<Vehicle> {
+        self.seen.vehicle.filter(|it| it.flying || it.charge.is_some())
+    }
+
+    fn plan_stage(&self) -> PlanStage {
+        let wait = |what, until| PlanStage::Awaited(Wait { what, until });
+        match self.planner.request() {
+            _ if self.planner.step().is_some() => PlanStage::Flown,
+            PlanRequest::Planned => PlanStage::Flown,
+            PlanRequest::Finished => PlanStage::Settled,
+            PlanRequest::Asked(_) => wait(Awaited::Answer, None),
+            PlanRequest::Proposed(_, until) => wait(Awaited::Approval, Some(*until)),
+            _ if self.plans_from().is_none() => wait(Awaited::Vehicle, None),
+            PlanRequest::Idle => wait(Awaited::Retry, Some(self.planner.ask_from())),
+            PlanRequest::Retry(at, _) => wait(Awaited::Retry, Some(*at)),
+            PlanRequest::Hold(until, _, Holding::ForAWay) => wait(Awaited::Retry, Some(*until)),
+            PlanRequest::Hold(until, _, Holding::ByTheMission) => wait(Awaited::Stay, Some(*until)),
+        }
     }
 
     /// The rows whose flags are up, most urgent first.
-    pub(super) fn raised(&self) -> impl Iterator<Item = Raised> + Clone {
-        self.flags.rows_up().map(move |row| Raised {
+    fn raised(&self) -> impl Iterator<Item = Raised> {
+        self.flags.up().map(move |(row, flag)| Raised {
             row,
             overrides: self.people.operator.overrides(self.flags.name(row)),
-            is_overridden: self.flags.is_overridden(row),
+            is_overridden: flag.overridden(),
             under_way: self.answer.response.as_ref().filter(|it| it.row == row).map(|it| self.severity(it)),
         })
     }
@@ -66,11 +147,6 @@ impl World {
         left.unwrap_or_default()
     }
 
-    /// The row whose response is under way, as long as its flag is up.
-    pub(super) fn responding(&self) -> Option<usize> {
-        self.answer.response.as_ref().map(|it| it.row).filter(|row| self.flags.row_is_up(*row))
-    }
-
     pub(super) fn severity(&self, response: &ActiveResponse) -> Severity {
         self.setup.table.rows()[response.row].actions.get(response.action).map_or(Severity::Hold, |it| it.severity)
     }
@@ -82,7 +158,7 @@ impl World {
 
     /// Records what is forbidden from now on, and what no longer is.
     fn say_narrowing(&mut self, before: Narrowing) {
-        let now = self.answer.decision.narrowing;
+        let now = self.narrowing();
         if before == now {
             return;
         }

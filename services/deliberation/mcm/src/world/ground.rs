@@ -51,8 +51,6 @@ impl World {
         if self.has_settled() {
             self.let_flags_fall_on_ground();
             self.end_where_nothing_is_left();
-            // Also while a response holds, as an operator's pause does.
-            self.await_go_ahead();
         }
     }
 
@@ -63,7 +61,7 @@ impl World {
 
     fn touched_down(&mut self) {
         // Not who responds from now on, on the ground: who did until now.
-        let brought_down = self.responding();
+        let brought_down = self.response_row();
         let is_here =
             |began: Ned| self.seen.vehicle.is_some_and(|it| it.position.horizontal_distance_m(began) < SAME_SITE_M);
         // Elsewhere somebody else has landed it meanwhile.
@@ -87,6 +85,6 @@ impl World {
 
     /// Whether what is flown is the landing of a step.
     pub(super) fn lands_by_plan(&self) -> bool {
-        self.responding().is_none() && self.planner.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land)
+        self.response_row().is_none() && self.planner.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land)
     }
 }

@@ -9,7 +9,7 @@ use super::World;
 impl World {
     /// This speed over ground, or less while a flag slows the vehicle, in metres per second.
     pub(super) fn slowed(&self, speed_m_s: f64) -> f64 {
-        match self.answer.decision.narrowing.slow {
+        match self.narrowing().slow {
             Some(_) => speed_m_s.min(self.setup.limits.slow_speed_m_s),
             None => speed_m_s,
         }

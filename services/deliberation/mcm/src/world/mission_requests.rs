@@ -66,7 +66,7 @@ impl World {
         let state = self.planning_state().unwrap_or_else(|| State::new(Ned::default(), false));
         let viewpoint = Viewpoint { at: self.mission_now(), state, origin: self.origin() };
         let (basis, _) = self.planner.basis_from(viewpoint);
-        let next_waits = self.awaits_start() || self.next_mission_waits();
+        let next_waits = self.awaited_order().is_some();
         let edit = v1::EditRequest {
             basis: Some(basis.into()),
             request: Some(request.clone()),

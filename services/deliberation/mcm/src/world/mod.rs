@@ -23,7 +23,6 @@ use crate::clients::permissions::Permissions;
 use crate::clients::planner::Planner;
 use crate::clients::skills::{Handle, Progress, Skills};
 use crate::config::Limits;
-use crate::decide::Decision;
 use crate::flags::Flags;
 use crate::journal::{Entry, Journal, Said};
 use crate::outbox::Outbox;
@@ -70,13 +69,13 @@ pub(crate) use alternates::Choice;
 use control::Control;
 pub(crate) use control::OF_ITS_OWN;
 use crash::Crash;
+use decision::Decided;
 use ground::UnplannedLanding;
 use memory::Memory;
 use mission_requests::MissionRequests;
 pub(crate) use narrowing::{Barrier, NarrowedGoal};
 use news::{News, Told};
 use orders::Operator;
-pub(crate) use plans::PlanProgress;
 use progress::FlightWatch;
 pub(crate) use response_way::ResponseWay;
 use responses::ActiveResponse;
@@ -156,7 +155,7 @@ struct Watch {
 #[derive(Default)]
 struct Answer {
     /// What was decided at this tick.
-    decision: Decision,
+    decided: Decided,
     /// What the vehicle may do with its permissions, once it was asked at this wake.
     permits: OnceCell<Permits>,
     /// The response that is under way.

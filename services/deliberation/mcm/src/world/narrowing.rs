@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use domain::airspace::{Breach, Motion};
 use domain::contingency::Phase;
-use domain::contingency::narrowing::Narrowing;
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::route::WORTH_FLYING_M;
@@ -34,11 +33,6 @@ pub(crate) struct NarrowedGoal {
 }
 
 impl World {
-    /// What is narrowed since the flags were taken in last.
-    pub(crate) fn narrowing(&self) -> Narrowing {
-        self.answer.decision.narrowing
-    }
-
     /// The goal of the present step as it may be flown now: slower, or as a hold before what flags forbid. `present`: what the
     /// vehicle holds before already; it does so until that is allowed again, even if it has drifted over the border.
     pub(crate) fn narrowed(&self, wanted: Goal, present: Option<&Barrier>) -> NarrowedGoal {
@@ -70,7 +64,7 @@ impl World {
         if goal == Goal::Land && self.landing_forbidden_by(here).is_some() {
             return Some((Barrier::Landing, here));
         }
-        self.answer.decision.narrowing.no_new_area?;
+        self.narrowing().no_new_area?;
         let utc_ms = self.now.utc_ms;
         if let Some(Barrier::Area(name)) = present
             && self.planner.areas().iter().any(|it| it.name == *name && it.is_active(utc_ms))
@@ -107,10 +101,8 @@ impl World {
     pub(crate) fn say_held(&mut self, barrier: Option<&Barrier>) {
         let by = match barrier {
             None => return self.say("step", "goes on: no flag forbids it any more"),
-            Some(Barrier::Area(area)) => (self.answer.decision.narrowing.no_new_area, format!("before area {area}")),
-            Some(Barrier::Landing) => {
-                (self.answer.decision.narrowing.no_landing_here, "over the place of the landing".to_owned())
-            }
+            Some(Barrier::Area(area)) => (self.narrowing().no_new_area, format!("before area {area}")),
+            Some(Barrier::Landing) => (self.narrowing().no_landing_here, "over the place of the landing".to_owned()),
         };
         let (Some(row), place) = by else { return };
         let text = format!("holds {place} while `{}` is up", self.flags.name(row));
@@ -120,8 +112,8 @@ impl World {
     /// A step has held before this for as long as it may: why it fails. The next plan does without the area.
     pub(crate) fn give_up_before(&mut self, barrier: &Barrier) -> String {
         let (row, what) = match barrier {
-            Barrier::Area(area) => (self.answer.decision.narrowing.no_new_area, format!("area {area} is not entered")),
-            Barrier::Landing => (self.answer.decision.narrowing.no_landing_here, "no landing here".to_owned()),
+            Barrier::Area(area) => (self.narrowing().no_new_area, format!("area {area} is not entered")),
+            Barrier::Landing => (self.narrowing().no_landing_here, "no landing here".to_owned()),
         };
         let why = row.map_or_else(String::new, |row| format!("`{}` is up", self.flags.name(row)));
         if let Barrier::Area(area) = barrier {

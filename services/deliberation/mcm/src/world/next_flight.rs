@@ -6,34 +6,15 @@
 
 use domain::contingency::{MEMORY_UNUSABLE, MEMORY_UNWRITABLE};
 
-use super::crash::INSPECT_FIRST;
 use super::orders::{self, Operator};
 use super::{Mission, SELF, World};
 
 impl World {
-    /// Whether a mission that was uploaded since the end waits on the ground to be begun.
-    pub(super) fn next_mission_waits(&self) -> bool {
-        self.mission.report.is_some() && self.why_not_to_begin().is_none()
-    }
-
-    /// Why no other mission can be begun.
-    fn why_not_to_begin(&self) -> Option<&'static str> {
-        if self.uninspected_crash().is_some() {
-            Some(INSPECT_FIRST)
-        } else if !self.mission.is_next_uploaded || self.planner.mission().is_settled() {
-            Some("upload the next mission to fly again")
-        } else if !self.is_on_ground() || self.seen.vehicle.is_none_or(|it| it.armed) {
-            Some("the vehicle is not seen on the ground, disarmed")
-        } else {
-            None
-        }
-    }
-
-    /// Begins the mission that was uploaded since the end; `ended`: the tree has ended.
-    pub(super) fn begin_next_flight(&mut self, ended: bool) -> Result<String, String> {
-        self.refuse_if_over(ended).or_else(|over| match self.why_not_to_begin() {
+    /// Begins the mission that was uploaded since the end.
+    pub(super) fn begin_next_flight(&mut self) -> Result<String, String> {
+        self.refuse_if_over().or_else(|over| match self.why_not_to_begin() {
             // Not before the report: the end is still under way.
-            None if self.mission.report.is_some() && ended => Ok(()),
+            None if self.mission.report.is_some() => Ok(()),
             None => Err(over),
             Some(why) => Err(format!("{over}; {why}")),
         })?;

@@ -38,29 +38,27 @@ struct Order<'a> {
     by: &'a str,
     /// With override.
     overrides: bool,
-    /// The tree has ended.
-    ended: bool,
 }
 
 impl World {
-    /// Obeys `command` if the state allows it. `ended`: the tree has ended.
-    pub(crate) fn obey(&mut self, command: v1::OperatorCommand, ended: bool) -> v1::OperatorReply {
+    /// Obeys `command` if the state allows it.
+    pub(crate) fn obey(&mut self, command: v1::OperatorCommand) -> v1::OperatorReply {
         let v1::OperatorCommand { request_id, operator, verb } = command;
         if let Some(reply) = self.people.operator.answers.get(&request_id) {
             return reply.clone();
         }
         let by = if operator.is_empty() { "the operator".to_owned() } else { operator };
-        let order = |overrides| Order { by: &by, overrides, ended };
+        let order = |overrides| Order { by: &by, overrides };
         let (name, result) = match verb {
             _ if request_id.is_empty() => ("a command", Err("the order has no request id".to_owned())),
             None => ("a command", Err("it has no verb".to_owned())),
-            Some(Verb::Start(_)) => ("start", self.start(&by, ended)),
+            Some(Verb::Start(_)) => ("start", self.start(&by)),
             Some(Verb::Pause(it)) => ("pause", self.pause(order(it.overrides))),
-            Some(Verb::Resume(_)) => ("resume", self.go_on(&by, ended)),
+            Some(Verb::Resume(_)) => ("resume", self.go_on(&by)),
             Some(Verb::Abort(it)) => ("abort", self.abort(order(it.overrides))),
             Some(Verb::Return(it)) => ("return", self.return_home(order(it.overrides))),
             Some(Verb::LandAt(it)) => ("land at", self.land_at(it, order(it.overrides))),
-            Some(Verb::Replan(_)) => ("replan", self.replan(&by, ended)),
+            Some(Verb::Replan(_)) => ("replan", self.replan(&by)),
             Some(Verb::Acknowledge(request)) => ("acknowledge", self.acknowledge(&request.flag, &by)),
             Some(Verb::Inspected(_)) => ("inspected", self.inspected()),
             Some(Verb::DecidePlan(request)) => ("decide about the plan", self.decide(request, &by)),
@@ -83,9 +81,9 @@ impl World {
         self.flags.get(PAUSE).is_some_and(|it| it.holds())
     }
 
-    fn start(&mut self, by: &str, ended: bool) -> Outcome {
-        if ended || self.over().is_some() {
-            return self.begin_next_flight(ended);
+    fn start(&mut self, by: &str) -> Outcome {
+        if self.over().is_some() {
+            return self.begin_next_flight();
         }
         if self.uninspected_crash().is_some() {
             return Err(INSPECT_FIRST.into());
@@ -103,7 +101,7 @@ impl World {
 
     fn pause(&mut self, order: Order) -> Outcome {
         if !self.may_fly() {
-            self.refuse_if_not_under_way(order.ended)?;
+            self.refuse_if_not_under_way()?;
         }
         // An order that is replaced does not come back by itself: who resumes flies the mission on.
         let ended_by = ORDERS.into_iter().find(|it| *it != PAUSE && self.flags.is_up(it));
@@ -113,18 +111,18 @@ impl World {
         self.order(PAUSE, order, words.as_deref().unwrap_or("holds until resumed"))
     }
 
-    fn go_on(&mut self, by: &str, ended: bool) -> Outcome {
+    fn go_on(&mut self, by: &str) -> Outcome {
         let is_left = LEFT_TO_OTHERS.into_iter().any(|it| self.flags.is_up(it));
         // In the air a response goes on after the pause, also when the mission is over.
         if !(self.is_flying() && (self.is_paused() || is_left)) {
-            self.refuse_if_over(ended)?;
+            self.refuse_if_over()?;
         }
         if self.landings.unplanned_landing.is_some() {
             // One order is enough, also where the vehicle touched down during a pause.
             if self.is_paused() {
                 self.no_longer_ordered(PAUSE);
             }
-            return self.start(by, ended);
+            return self.start(by);
         }
         if self.awaits_start() {
             return Err("the mission has not started".into());
@@ -166,16 +164,16 @@ impl World {
         if self.may_fly() {
             return self.order(ABORT, order, "lands here and ends the mission");
         }
-        self.refuse_if_over(order.ended)?;
+        self.refuse_if_over()?;
         self.order(ABORT, order, "ends the mission on the ground")
     }
 
     /// An order to come down, to a vehicle on the ground whose mission is under way, whatever that waits for: it stays there, at
     /// `to` or not. It does not fly there, since an operator who wants it on the ground must never see it lift off.
     fn stay_down(&mut self, here: Ned, to: Ned, order: Order) -> Outcome {
-        self.refuse_if_over(order.ended)?;
+        self.refuse_if_over()?;
         if self.landings.unplanned_landing.is_none() {
-            self.refuse_if_not_under_way(order.ended)?;
+            self.refuse_if_not_under_way()?;
         }
         if matches!(self.skills.present(), Some((Goal::Takeoff { .. }, _))) {
             return self.order(ABORT, order, "has not lifted off yet: stays, and ends the mission on the ground");
@@ -245,8 +243,8 @@ impl World {
         self.order(LAND, order, &words)
     }
 
-    fn replan(&mut self, by: &str, ended: bool) -> Outcome {
-        self.refuse_if_not_under_way(ended)?;
+    fn replan(&mut self, by: &str) -> Outcome {
+        self.refuse_if_not_under_way()?;
         if let Some(flag) = self.next_responder().map(|row| self.flags.name(row)) {
             return Err(format!("`{flag}` is answered; a new plan is made when that is over"));
         }
@@ -351,16 +349,12 @@ impl World {
         self.people.operator.no_longer_overrides(flag);
     }
 
-    pub(super) fn refuse_if_over(&self, ended: bool) -> Result<(), String> {
-        match self.over() {
-            Some(reason) => Err(format!("the mission is over: {reason}")),
-            None if ended => Err("the mission is over".into()),
-            None => Ok(()),
-        }
+    pub(super) fn refuse_if_over(&self) -> Result<(), String> {
+        self.over().map_or(Ok(()), |reason| Err(format!("the mission is over: {reason}")))
     }
 
-    fn refuse_if_not_under_way(&self, ended: bool) -> Result<(), String> {
-        self.refuse_if_over(ended)?;
+    fn refuse_if_not_under_way(&self) -> Result<(), String> {
+        self.refuse_if_over()?;
         if self.awaits_start() {
             return Err("the mission has not started".into());
         }

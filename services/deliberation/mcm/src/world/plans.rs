@@ -4,25 +4,13 @@ use domain::decision::DecisionKind;
 use domain::geodesy::Origin;
 use domain::mission::{MissionOutcome, ObjectiveStatus, Progress};
 use domain::state::State;
-use domain::time::{Now, Time};
+use domain::time::Now;
 
 use super::World;
-use crate::clients::planner::{ALL_SETTLED, Basis, PlanRequest, Viewpoint};
+use crate::clients::planner::{ALL_SETTLED, Basis, Viewpoint};
 use crate::config::Verdict;
+use crate::decide::{Awaited, Wait};
 use crate::journal::Said;
-
-/// The progress of the request for a plan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum PlanProgress {
-    /// Nothing changes before this time, unless something arrives.
-    Awaited(Option<Time>),
-    /// Something was decided at this moment: ask again.
-    Changed,
-    /// A plan was adopted.
-    Adopted,
-    /// Every objective has reached its final state.
-    Finished,
-}
 
 impl World {
     /// A plan is wanted from now on.
@@ -30,39 +18,27 @@ impl World {
         self.planner.begin_asking_for_plan();
     }
 
-    /// Asks for a plan when that is due.
-    pub(crate) fn pursue_plan(&mut self) -> PlanProgress {
-        if self.awaits_start() {
-            return PlanProgress::Awaited(self.await_go_ahead());
-        }
-        let now = self.now.time;
-        let due = match self.planner.request() {
-            PlanRequest::Proposed(_, until) if *until <= now => {
+    /// Does what follows once a wait on the way to a plan is over.
+    pub(crate) fn go_on_after(&mut self, wait: Wait) {
+        let is_over = wait.is_over(self.now.time);
+        match wait.what {
+            Awaited::Approval if is_over => {
                 self.decide_plan(self.setup.limits.plan_approval_default, "nobody has decided in time");
-                return PlanProgress::Changed;
             }
-            PlanRequest::Proposed(_, until) => return PlanProgress::Awaited(Some(*until)),
-            PlanRequest::Asked(_) => return PlanProgress::Awaited(None),
-            PlanRequest::Planned => return PlanProgress::Adopted,
-            PlanRequest::Finished => {
-                self.end_with_objectives();
-                return PlanProgress::Finished;
+            // The planner said to hold by what was known then.
+            Awaited::Retry | Awaited::Stay if is_over || self.planner.request().holds_by_other(&self.basis()) => {
+                self.ask_for_plan();
             }
-            PlanRequest::Idle => self.planner.ask_from(),
-            PlanRequest::Retry(at, _) => *at,
-            PlanRequest::Hold(_, basis, _) if *basis != self.basis() => now,
-            PlanRequest::Hold(until, ..) => *until,
-        };
-        if now < due {
-            return PlanProgress::Awaited(Some(due));
+            _ => {}
         }
-        if let Some(viewpoint) = self.viewpoint_of_plans() {
-            let known = (self.basis(), self.permits().to_begin());
-            let (moved_m, timeout) = (self.setup.limits.arrival_radius_m, self.setup.limits.request_timeout);
-            self.planner.ask_for_plan(viewpoint, known, moved_m, timeout, &mut self.out.outbox);
-            self.mission.started_s.get_or_insert(self.mission.clock.seconds(now.as_secs_f64()));
-        }
-        PlanProgress::Awaited(None)
+    }
+
+    fn ask_for_plan(&mut self) {
+        let Some(viewpoint) = self.viewpoint_of_plans() else { return };
+        let known = (self.basis(), self.permits().to_begin());
+        let (moved_m, timeout) = (self.setup.limits.arrival_radius_m, self.setup.limits.request_timeout);
+        self.planner.ask_for_plan(viewpoint, known, moved_m, timeout, &mut self.out.outbox);
+        self.mission.started_s.get_or_insert(self.mission.clock.seconds(self.now.time.as_secs_f64()));
     }
 
     /// What the planner is to know of permissions now.
@@ -106,7 +82,8 @@ impl World {
         self.end_with_objectives();
     }
 
-    fn end_with_objectives(&mut self) {
+    /// The mission is over, since every objective is settled.
+    pub(crate) fn end_with_objectives(&mut self) {
         let objectives = self.planner.status().objectives.iter();
         let (required, optional): (Vec<_>, Vec<_>) = objectives.partition(|it| it.objective.terms.worth.is_none());
         match (failures(&required), failures(&optional)) {
@@ -121,10 +98,9 @@ impl World {
         }
     }
 
-    /// The state that plans are made from; `None` until the vehicle is known, on the ground with its battery: nothing takes off
-    /// without.
+    /// The state that plans are made from.
     pub(super) fn planning_state(&self) -> Option<State> {
-        let vehicle = self.seen.vehicle.filter(|it| it.flying || it.charge.is_some())?;
+        let vehicle = self.plans_from()?;
         Some(State {
             position: vehicle.position,
             flying: vehicle.flying,

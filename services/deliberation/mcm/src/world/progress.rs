@@ -8,6 +8,7 @@ use domain::time::Time;
 use kittiwake_proto::v1;
 
 use super::World;
+use crate::decide::{Activity, Awaited, Decision};
 
 /// What a leg takes on top of its distance at a steady speed, in seconds: to speed up, to slow down and to settle. (ENG: half of what the
 /// skill manager's deadline allows for it.)
@@ -68,11 +69,12 @@ impl World {
         let now = self.now.time;
         let since = |before: Option<Time>, holds: bool| holds.then(|| before.unwrap_or(now));
         let waits_for_operator = self.is_flying() && (self.is_paused() || self.memory.is_lost());
+        let Decision { activity, wait, .. } = *self.decision();
+        let lacks_a_way = wait.is_some_and(|it| matches!(it.what, Awaited::Answer | Awaited::Retry | Awaited::Vehicle));
         let waits_for_plan = self.is_flying()
             && !waits_for_operator
-            && self.ending().is_none()
-            && self.responding().is_none()
-            && self.planner.lacks_a_way();
+            && matches!(activity, Activity::Begin | Activity::Bridge)
+            && lacks_a_way;
         self.watch.progress.operator_since = since(self.watch.progress.operator_since, waits_for_operator);
         self.watch.progress.plan_since = since(self.watch.progress.plan_since, waits_for_plan);
     }

@@ -20,12 +20,12 @@ pub(crate) struct ResponseWay {
 impl World {
     /// The response flies this way from now on; `None`: it has ended, or holds.
     pub(crate) fn set_response_way(&mut self, way: Option<ResponseWay>) {
-        self.answer.response_way = self.responding().zip(way);
+        self.answer.response_way = self.response_row().zip(way);
     }
 
     /// What is told of it; `None` if nothing responds, or the response stays where it is.
     pub(super) fn told_response_way(&self) -> Option<v1::ResponseWay> {
-        let row = self.responding()?;
+        let row = self.response_row()?;
         let here = self.seen.vehicle.filter(|it| it.flying)?.position;
         let speeds = &self.setup.limits.flight.speeds;
         let way = self.answer.response_way.as_ref().filter(|(of_row, _)| *of_row == row).map(|(_, way)| way);

@@ -72,7 +72,7 @@ impl World {
         if let Some(over) = &self.mission.over {
             return Some(format!("the mission is over: {}", over.reason));
         }
-        let row = self.responding().filter(|row| self.setup.table.rows()[*row].then != Then::Resume)?;
+        let row = self.responder().filter(|row| self.setup.table.rows()[*row].then != Then::Resume)?;
         Some(format!("`{}` ends the mission", self.flags.name(row)))
     }
 
@@ -321,25 +321,18 @@ impl World {
 
     /// Takes down the flags whose condition has gone before their row had its turn: nothing is to be done about them any more.
     pub(super) fn let_unanswered_flags_fall(&mut self) {
-        if !self.flags.any_is_up() {
-            return;
-        }
-        for row in 0..self.setup.table.rows().len() {
-            let waits = self.setup.table.rows()[row].clears == Clears::WithCondition && !self.is_under_way(row);
-            let name = self.flags.name(row);
-            if waits && self.flags.get(name).is_some_and(|flag| !flag.holds()) {
-                let name = name.clone();
-                self.lower(&name);
-                self.record(cleared(row, format!("`{name}` is over: what raised it is gone")));
-            }
+        let waits =
+            |row: usize| self.setup.table.rows()[row].clears == Clears::WithCondition && !self.is_under_way(row);
+        let gone = self.flags.up().filter(|(row, flag)| !flag.holds() && waits(*row)).map(|(row, _)| row);
+        for row in gone.collect::<Vec<_>>() {
+            let name = self.flags.name(row).clone();
+            self.lower(&name);
+            self.record(cleared(row, format!("`{name}` is over: what raised it is gone")));
         }
     }
 
     /// On the ground at rest: ends a response that ends the mission, and takes down flags that count only in the air.
     pub(super) fn let_flags_fall_on_ground(&mut self) {
-        if !self.flags.any_is_up() {
-            return;
-        }
         let then = |row: &usize| self.setup.table.rows()[*row].then;
         // A crash counts more than the response during which it happened.
         let crashed = self.flags.rows_up().find(|row| then(row) == Then::Crashed);
@@ -350,10 +343,7 @@ impl World {
             let name = self.flags.name(row).clone();
             self.flag_answered(&name);
         }
-        for row in 0..self.setup.table.rows().len() {
-            if !self.flags.row_is_up(row) || self.stays_up_on_ground(row) {
-                continue;
-            }
+        for row in self.flags.rows_up().filter(|row| !self.stays_up_on_ground(*row)).collect::<Vec<_>>() {
             let name = self.flags.name(row).clone();
             self.lower(&name);
             self.monitor.news.of_monitor.fell_on_ground(&name);
@@ -368,12 +358,11 @@ impl World {
     /// Whether the flag of `row`, which is up, says something of a vehicle at rest on the ground: one that counts there; after the end of the
     /// mission as long as its condition holds, or if it has risen since the vehicle came to rest. An order is obeyed by then.
     fn stays_up_on_ground(&self, row: usize) -> bool {
-        let (is_over, name) = (self.mission.over.is_some(), self.flags.name(row));
+        let (is_over, name, flag) = (self.mission.over.is_some(), self.flags.name(row), self.flags.of_row(row));
         let (row, now) = (&self.setup.table.rows()[row], self.now.time);
-        let flag = || self.flags.get(name);
-        let lasts = || row.clears == Clears::WithCondition && flag().is_some_and(|it| it.holds());
+        let lasts = || row.clears == Clears::WithCondition && flag.is_some_and(|it| it.holds());
         let rested_s = || self.seen.at_rest_since.map_or(0.0, |it| (now - it).as_secs_f64());
-        let is_new = || flag().is_some_and(|it| age_s(it, now) < rested_s());
+        let is_new = || flag.is_some_and(|it| age_s(it, now) < rested_s());
         row.phases.contains(&Phase::OnGround) && (!is_over || ((lasts() || is_new()) && !is_order(name)))
     }
 

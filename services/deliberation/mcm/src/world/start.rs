@@ -1,11 +1,11 @@
 //! What a mission waits for on the ground before it begins or goes on.
 
 use domain::mission::MissionOutcome;
-use domain::time::Time;
 
 use super::World;
-use super::ground::UnplannedLanding;
+use super::crash::INSPECT_FIRST;
 use crate::config::Start;
+use crate::decide::{Awaited, Wait};
 
 impl World {
     /// Whether the mission waits for the operator to start or resume it. A mission in flight has been
@@ -26,17 +26,40 @@ impl World {
         self.landings.unplanned_landing.is_some() || self.memory.is_lost() || self.may_not_start_after_crash()
     }
 
-    /// When a mission that waits to be resumed after an unplanned landing is given up; gives it up if that is now.
-    pub(super) fn await_go_ahead(&mut self) -> Option<Time> {
-        let UnplannedLanding { since, why } = self.landings.unplanned_landing.as_ref()?;
-        let until = *since + self.setup.limits.go_ahead_limit;
-        if until <= self.now.time {
-            let limit_s = self.setup.limits.go_ahead_limit.as_secs();
-            let reason = format!("{why}, and no operator resumed the mission within {limit_s} s");
-            self.end_mission(MissionOutcome::Failure, reason);
-            return None;
+    /// What an operator must order before the mission begins or goes on.
+    pub(super) fn awaited_order(&self) -> Option<Wait> {
+        if self.mission.report.is_some() {
+            let waits = self.why_not_to_begin().is_none();
+            return waits.then_some(Wait { what: Awaited::NextStart, until: None });
         }
-        Some(until)
+        let go_ahead = |since| Wait { what: Awaited::GoAhead, until: Some(since + self.setup.limits.go_ahead_limit) };
+        let landed = self.landings.unplanned_landing.as_ref().map(|it| go_ahead(it.since));
+        self.awaits_start().then(|| landed.unwrap_or(Wait { what: Awaited::Start, until: None }))
+    }
+
+    /// Why no other mission can be begun.
+    pub(super) fn why_not_to_begin(&self) -> Option<&'static str> {
+        if self.uninspected_crash().is_some() {
+            Some(INSPECT_FIRST)
+        } else if !self.mission.is_next_uploaded || self.planner.mission().is_settled() {
+            Some("upload the next mission to fly again")
+        } else if !self.is_on_ground() || self.seen.vehicle.is_none_or(|it| it.armed) {
+            Some("the vehicle is not seen on the ground, disarmed")
+        } else {
+            None
+        }
+    }
+
+    /// Gives up a mission that has waited for as long as it may to be resumed after an unplanned landing.
+    pub(super) fn give_up_waiting(&mut self) {
+        let is_over = |it: Wait| it.what == Awaited::GoAhead && it.is_over(self.now.time);
+        if let Some(landing) =
+            self.landings.unplanned_landing.as_ref().filter(|_| self.awaited_order().is_some_and(is_over))
+        {
+            let limit_s = self.setup.limits.go_ahead_limit.as_secs();
+            let reason = format!("{}, and no operator resumed the mission within {limit_s} s", landing.why);
+            self.end_mission(MissionOutcome::Failure, reason);
+        }
     }
 
     /// An operator resumes the mission after an unplanned landing.

@@ -8,6 +8,7 @@ use kittiwake_proto::v1;
 use super::World;
 use crate::clients::planner::News;
 use crate::config::Verdict;
+use crate::decide::{Activity, Wait};
 use crate::flags::age_s;
 use crate::snapshot::snapshot;
 use crate::tick_time::TickTimes;
@@ -20,16 +21,17 @@ pub(crate) struct Reporter {
     last_mission: Option<News>,
     next_mission: Time,
     tick_times: TickTimes,
+    /// As they were told last: between two periods a change of the status does not wait for them.
+    tick_time: Option<v1::TickTime>,
     leaves_out_tree: bool,
 }
 
 /// The part of the status whose changes are published at once; other changes wait for the next period.
 #[derive(Debug, Clone, PartialEq)]
 struct Headline {
-    phase: v1::MissionPhase,
+    activity: Activity,
     step: u64,
-    flags: Vec<String>,
-    responding: Option<usize>,
+    flags: Vec<usize>,
     in_transition: bool,
     reported: bool,
     start_awaited: bool,
@@ -55,26 +57,25 @@ impl Reporter {
         self.tick_times.add(took_ns);
     }
 
-    /// Publishes what is due. `ended`: the tree has ended; `ticks`: how often it was ticked.
-    pub(crate) fn report(&mut self, tree: &Tree<World>, world: &mut World, ended: bool, ticks: u64) {
+    /// Publishes what is due. `ticks`: how often the tree was ticked.
+    pub(crate) fn report(&mut self, tree: &Tree<World>, world: &mut World, ticks: u64) {
         self.report_mission(world);
-        let headline = world.headline(ended);
+        let headline = world.headline();
         let due = self.next <= world.now.time;
         if !due && self.last.as_ref() == Some(&headline) {
             return;
         }
         if due {
             self.next = world.now.time + world.setup.limits.report_period;
+            self.tick_time = self.tick_times.told();
+            self.tick_times.turn();
             if !self.leaves_out_tree {
                 world.out.outbox.publish(snapshot(tree, world.now.time.since_start()));
             }
         }
-        let status = v1::McmStatus { ticks, tick_time: self.tick_times.told(), ..world.status(&headline, tree) };
+        let status = v1::McmStatus { ticks, tick_time: self.tick_time, ..world.status(&headline, tree) };
         self.last = Some(headline);
         world.out.outbox.publish(status);
-        if due {
-            self.tick_times.turn();
-        }
     }
 }
 
@@ -109,35 +110,19 @@ impl World {
         });
     }
 
-    fn headline(&self, ended: bool) -> Headline {
+    fn headline(&self) -> Headline {
+        let decision = self.decision_now();
         Headline {
-            phase: self.mission_phase(ended),
+            activity: decision.activity,
             step: self.planner.step().map_or(0, |(step, ..)| step.id.0),
-            flags: self.flags.iter().map(|(name, _)| name.to_owned()).collect(),
-            responding: self.responding(),
+            flags: self.flags.rows_up().collect(),
             in_transition: self.answer.in_transition,
             reported: self.mission.report.is_some(),
-            start_awaited: self.awaits_start() || self.next_mission_waits(),
+            start_awaited: decision.wait.is_some_and(Wait::is_for_start),
             paused: self.is_paused(),
             proposed: self.planner.request().proposal().map(|(plan, _)| plan.revision),
             acknowledged: self.flags.iter().filter(|(_, flag)| flag.acknowledged_by().is_some()).count(),
             uninspected_crash: self.uninspected_crash().unwrap_or_default().to_owned(),
-        }
-    }
-
-    fn mission_phase(&self, ended: bool) -> v1::MissionPhase {
-        if ended {
-            v1::MissionPhase::Over
-        } else if self.responding().is_some() {
-            v1::MissionPhase::Contingency
-        } else if self.mission.over.is_some() {
-            v1::MissionPhase::Ending
-        } else if self.mission.started_s.is_none() {
-            v1::MissionPhase::Starting
-        } else if self.planner.step().is_some() {
-            v1::MissionPhase::Nominal
-        } else {
-            v1::MissionPhase::Replanning
         }
     }
 
@@ -154,7 +139,7 @@ impl World {
             approved_by_default: self.setup.limits.plan_approval_default == Verdict::Approve,
         });
         v1::McmStatus {
-            phase: headline.phase as i32,
+            phase: v1::MissionPhase::from(headline.activity) as i32,
             step,
             step_number,
             step_count,
@@ -162,7 +147,7 @@ impl World {
             skill_id,
             distance_left_m: self.skills.distance_left_m(),
             contingencies: self.active_contingencies(),
-            acting: self.acting(),
+            acting: self.acting(headline.activity),
             tree_status: tree.status().word().to_owned(),
             report: self.mission.report.clone().map(Into::into),
             in_transition: headline.in_transition,
@@ -185,25 +170,35 @@ impl World {
     }
 
     /// The flag that is responded to.
-    fn acting(&self) -> String {
-        self.responding().map(|row| self.flags.name(row).to_string()).unwrap_or_default()
+    fn acting(&self, activity: Activity) -> String {
+        if let Activity::Respond(row) = activity { self.flags.name(row).to_string() } else { String::new() }
     }
 
     fn active_contingencies(&self) -> Vec<v1::ActiveContingency> {
-        let rows = self.setup.table.rows().iter();
-        rows.filter_map(|row| {
-            let flag = self.flags.get(&row.flag)?;
-            Some(v1::ActiveContingency {
-                flag: row.flag.clone(),
-                priority: row.priority,
-                action: row.response(),
-                since_s: age_s(flag, self.now.time),
-                reason: flag.reason().to_owned(),
-                acknowledged_by: flag.acknowledged_by().unwrap_or_default().to_owned(),
-                alarm: v1::Alarm::from(row.alarm_beside(|it| self.flags.get(it).is_some())).into(),
-            })
+        let up = self.flags.up().map(|(row, flag)| (&self.setup.table.rows()[row], flag));
+        up.map(|(row, flag)| v1::ActiveContingency {
+            flag: row.flag.clone(),
+            priority: row.priority,
+            action: row.response(),
+            since_s: age_s(flag, self.now.time),
+            reason: flag.reason().to_owned(),
+            acknowledged_by: flag.acknowledged_by().unwrap_or_default().to_owned(),
+            alarm: v1::Alarm::from(row.alarm_beside(|it| self.flags.is_up(it))).into(),
         })
         .collect()
+    }
+}
+
+impl From<Activity> for v1::MissionPhase {
+    fn from(activity: Activity) -> v1::MissionPhase {
+        match activity {
+            Activity::Respond(_) => v1::MissionPhase::Contingency,
+            Activity::Begin => v1::MissionPhase::Starting,
+            Activity::Fly => v1::MissionPhase::Nominal,
+            Activity::Bridge => v1::MissionPhase::Replanning,
+            Activity::End => v1::MissionPhase::Ending,
+            Activity::Over => v1::MissionPhase::Over,
+        }
     }
 }
 

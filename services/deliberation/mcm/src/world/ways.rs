@@ -174,9 +174,7 @@ impl World {
         let breach =
             self.breach_on_way(here, site.at_height(here.height_m()), self.flight_limits().speeds.cruise_m_s)?;
         let name = &breach.area;
-        if let Some(row) =
-            self.answer.decision.narrowing.no_new_area.filter(|_| self.permits().grants.contains_key(name))
-        {
+        if let Some(row) = self.narrowing().no_new_area.filter(|_| self.permits().grants.contains_key(name)) {
             return Some(format!("area {name} is not entered while `{}` is up", self.flags.name(row)));
         }
         let area = self.planner.areas().iter().find(|it| it.name == *name)?;

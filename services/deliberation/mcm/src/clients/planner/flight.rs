@@ -22,11 +22,10 @@ pub(crate) enum Flight {
     },
     /// The step was given up. The transition flies towards its goal until there is a plan.
     Interrupted {
-        /// Its goal.
-        goal: Goal,
-        /// It and the steps after it, as long as the planner does not know of it.
-        rest: Vec<Step>,
-        /// How it has failed; `None` if the next plan does not depend on it.
+        /// The steps of the plan, and which of them it is.
+        steps: Arc<[Arc<Step>]>,
+        at: usize,
+        /// How it has failed; `None` if the next plan does not depend on it, or the planner knows of it.
         failed: Option<Failure>,
         /// Areas that were denied during it.
         denials: Vec<Denial>,
@@ -59,10 +58,7 @@ impl Flight {
     /// failures may cross.
     pub(crate) fn on(&mut self, event: Event) {
         use {Event as E, Flight as F};
-        let interrupted = |steps: &[Arc<Step>], at: usize, failed, denials| {
-            let rest: Vec<Step> = steps[at..].iter().map(|it| (**it).clone()).collect();
-            F::Interrupted { goal: steps[at].nominal.goal, rest, failed: Some(failed), denials }
-        };
+        let interrupted = |steps, at, failed, denials| F::Interrupted { steps, at, failed, denials };
         *self = match (std::mem::take(self), event) {
             (flight, E::Adopted(plan)) if plan.steps.is_empty() => flight,
             (_, E::Adopted(plan)) => {
@@ -73,18 +69,14 @@ impl Flight {
             }
             (F::Flying { .. }, E::Advanced | E::Dropped) => F::Idle,
             (F::Flying { steps, at, .. }, E::Failed(reason, denials)) => {
-                interrupted(&steps, at, Failure { reason, interrupted: false }, denials)
+                interrupted(steps, at, Some(Failure { reason, interrupted: false }), denials)
             }
             (F::Flying { steps, at, .. }, E::Interrupted(reason)) => {
-                interrupted(&steps, at, Failure { reason, interrupted: true }, Vec::new())
+                interrupted(steps, at, Some(Failure { reason, interrupted: true }), Vec::new())
             }
             (F::Flying { steps, at, .. }, E::Withdrawn(reason)) => F::Flying { steps, at, withdrawn: Some(reason) },
-            (F::Flying { steps, at, .. }, E::GivenUp) => {
-                let goal = steps[at].nominal.goal;
-                F::Interrupted { goal, rest: Vec::new(), failed: None, denials: Vec::new() }
-            }
-            (F::Interrupted { goal, .. }, E::Heard) => {
-                F::Interrupted { goal, rest: Vec::new(), failed: None, denials: Vec::new() }
+            (F::Flying { steps, at, .. }, E::GivenUp) | (F::Interrupted { steps, at, .. }, E::Heard) => {
+                interrupted(steps, at, None, Vec::new())
             }
             (flight, _) => flight,
         };
@@ -109,9 +101,10 @@ impl Flight {
     /// The steps that were not flown, the present or interrupted one first.
     pub(crate) fn rest(&self) -> Vec<Step> {
         match self {
-            Flight::Flying { steps, at, .. } => steps[*at..].iter().map(|it| (**it).clone()).collect(),
-            Flight::Interrupted { rest, .. } => rest.clone(),
-            Flight::Idle => Vec::new(),
+            Flight::Flying { steps, at, .. } | Flight::Interrupted { steps, at, failed: Some(_), .. } => {
+                steps[*at..].iter().map(|it| (**it).clone()).collect()
+            }
+            Flight::Idle | Flight::Interrupted { failed: None, .. } => Vec::new(),
         }
     }
 
@@ -126,7 +119,7 @@ impl Flight {
     /// The goal of the step that was given up.
     pub(crate) fn interrupted_goal(&self) -> Option<Goal> {
         match self {
-            Flight::Interrupted { goal, .. } => Some(*goal),
+            Flight::Interrupted { steps, at, .. } => Some(steps[*at].nominal.goal),
             Flight::Idle | Flight::Flying { .. } => None,
         }
     }

@@ -44,9 +44,12 @@ fn denial() -> Denial {
     Denial { area: "A".into(), kind: DenialKind::Refused, reason: "closed".into() }
 }
 
+fn steps() -> Arc<[Arc<Step>]> {
+    [1, 2, 3].into_iter().map(|id| Arc::new(step(id))).collect()
+}
+
 fn flying(at: usize, withdrawn: Option<&str>) -> Flight {
-    let steps = [1, 2, 3].into_iter().map(|id| Arc::new(step(id))).collect();
-    Flight::Flying { steps, at, withdrawn: withdrawn.map(str::to_owned) }
+    Flight::Flying { steps: steps(), at, withdrawn: withdrawn.map(str::to_owned) }
 }
 
 fn states() -> [Flight; 6] {
@@ -56,8 +59,8 @@ fn states() -> [Flight; 6] {
         flying(1, None),
         flying(2, None),
         flying(1, Some("changed")),
-        Flight::Interrupted { goal: Goal::Land, rest: vec![step(2), step(3)], failed, denials: vec![denial()] },
-        Flight::Interrupted { goal: Goal::Land, rest: Vec::new(), failed: None, denials: Vec::new() },
+        Flight::Interrupted { steps: steps(), at: 1, failed, denials: vec![denial()] },
+        Flight::Interrupted { steps: steps(), at: 1, failed: None, denials: Vec::new() },
     ]
 }
 
@@ -81,10 +84,10 @@ fn name(flight: &Flight) -> String {
             let withdrawn = if withdrawn.is_some() { " withdrawn" } else { "" };
             format!("{} {}/{}{withdrawn}", steps[*at].id, at + 1, steps.len())
         }
-        Flight::Interrupted { failed: Some(Failure { reason, interrupted }), denials, rest, .. } => {
+        Flight::Interrupted { failed: Some(Failure { reason, interrupted }), denials, .. } => {
             let denied: String = denials.iter().map(|it| format!(", {} denied", it.area)).collect();
             let word = if *interrupted { "interrupted" } else { "failed" };
-            let rest: String = rest.iter().map(|it| format!(" {}", it.id)).collect();
+            let rest: String = flight.rest().iter().map(|it| format!(" {}", it.id)).collect();
             format!("{word}: {reason}{denied}, rest{rest}")
         }
         Flight::Interrupted { failed: None, .. } => "given up".into(),

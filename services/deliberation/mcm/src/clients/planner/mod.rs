@@ -110,11 +110,6 @@ impl Planner {
         self.instance
     }
 
-    /// Whether there is nothing to fly for want of a way, or of an answer.
-    pub(crate) fn lacks_a_way(&self) -> bool {
-        self.step().is_none() && self.request.lacks_a_way()
-    }
-
     /// The step that is flown, its place in the plan from 1, and the number of steps in the plan.
     pub(crate) fn step(&self) -> Option<(&Arc<Step>, u32, u32)> {
         self.flight.step()

@@ -140,9 +140,9 @@ impl PlanRequest {
         }
     }
 
-    /// Whether a way is waited for, rather than an operator or the end of a stay that the mission asks for.
-    pub(crate) fn lacks_a_way(&self) -> bool {
-        !matches!(self, PlanRequest::Proposed(..) | PlanRequest::Hold(_, _, Holding::ByTheMission))
+    /// Whether the planner said to hold when it knew anything else than `basis`.
+    pub(crate) fn holds_by_other(&self, basis: &Basis) -> bool {
+        matches!(self, PlanRequest::Hold(_, before, _) if before != basis)
     }
 
     /// The plan that waits for approval, and until when.
