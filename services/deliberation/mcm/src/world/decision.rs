@@ -43,7 +43,7 @@ impl World {
     pub(super) fn raised(&self) -> impl Iterator<Item = Raised> + Clone {
         self.flags.rows_up().map(move |row| Raised {
             row,
-            overrides: self.people.operator.overrides(self.flags.name(row)),
+            overrides: self.flags.overrides(row),
             is_overridden: self.flags.is_overridden(row),
             under_way: self.answer.response.as_ref().filter(|it| it.row == row).map(|it| self.severity(it)),
         })

@@ -5,6 +5,7 @@
 //! vehicle and of the numbers of the tower's decisions stays. A vehicle that has crashed begins nothing: it is inspected first.
 
 use domain::contingency::{MEMORY_UNUSABLE, MEMORY_UNWRITABLE};
+use domain::trust::Known;
 
 use super::crash::INSPECT_FIRST;
 use super::orders::{self, Operator};
@@ -13,14 +14,16 @@ use super::{Mission, SELF, World};
 impl World {
     /// Whether a mission that was uploaded since the end waits on the ground to be begun.
     pub(super) fn next_mission_waits(&self) -> bool {
-        self.mission.report.is_some() && self.why_not_to_begin().is_none()
+        self.report().is_some() && self.why_not_to_begin().is_none()
     }
 
     /// Why no other mission can be begun.
     fn why_not_to_begin(&self) -> Option<&'static str> {
         if self.uninspected_crash().is_some() {
             Some(INSPECT_FIRST)
-        } else if !self.mission.is_next_uploaded || self.planner.mission().is_settled() {
+        } else if !self.mission.over.as_ref().is_some_and(|it| it.is_next_uploaded)
+            || self.planner.mission().is_settled()
+        {
             Some("upload the next mission to fly again")
         } else if !self.is_on_ground() || self.seen.vehicle.is_none_or(|it| it.armed) {
             Some("the vehicle is not seen on the ground, disarmed")
@@ -33,7 +36,7 @@ impl World {
     pub(super) fn begin_next_flight(&mut self, ended: bool) -> Result<String, String> {
         self.refuse_if_over(ended).or_else(|over| match self.why_not_to_begin() {
             // Not before the report: the end is still under way.
-            None if self.mission.report.is_some() && ended => Ok(()),
+            None if self.report().is_some() && ended => Ok(()),
             None => Err(over),
             Some(why) => Err(format!("{over}; {why}")),
         })?;
@@ -60,7 +63,7 @@ impl World {
         }
         self.begin_anew();
         self.restore_taking(false);
-        self.landings.landed_by_plan = None;
+        self.landings.by_plan = None;
     }
 
     /// Nothing has begun, ended or been ordered yet; the frame is that of now, and its time begins.
@@ -68,17 +71,18 @@ impl World {
         let Mission { vehicle_name, clock, .. } = std::mem::take(&mut self.mission);
         self.mission = Mission { vehicle_name, clock, ..Mission::default() };
         self.people.operator = Operator::of_next_flight(std::mem::take(&mut self.people.operator));
-        self.forget_frame();
+        self.restore_frame(None);
         self.permissions.begin_flight();
-        (self.landings.unplanned_landing, self.seen.was_flying) = (None, false);
+        self.landings.unplanned = None;
+        self.seen.flies = Some(Known::live(false, self.now.time));
         self.mission.clock.begin(self.now);
     }
 
     /// Flags that are up by orders, or by the manager itself, and belong to a flight that is over. Those that the monitor raises stay for
     /// as long as their condition holds.
     fn flags_of_the_last_flight(&self) -> Vec<String> {
-        let is_own = |source: &str| [orders::SOURCE, SELF].contains(&source);
-        let of_flight = self.flags.iter().filter(|(_, flag)| flag.sources().all(is_own));
+        let is_own = |source: &String| [orders::SOURCE, SELF].contains(&&**source);
+        let of_flight = self.flags.iter().filter(|(_, flag)| flag.sources.iter().all(is_own));
         of_flight.map(|(name, _)| name.to_owned()).collect()
     }
 

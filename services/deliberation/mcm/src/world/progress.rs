@@ -5,6 +5,7 @@ use domain::geometry::Ned;
 use domain::skill::Goal;
 use domain::speeds::Speeds;
 use domain::time::Time;
+use domain::trust::To;
 use kittiwake_proto::v1;
 
 use super::World;
@@ -67,7 +68,7 @@ impl World {
         }
         let now = self.now.time;
         let since = |before: Option<Time>, holds: bool| holds.then(|| before.unwrap_or(now));
-        let waits_for_operator = self.is_flying() && (self.is_paused() || self.memory.is_lost());
+        let waits_for_operator = self.is_flying() && (self.is_paused() || !self.memory.source().permits(To::Plan));
         let waits_for_plan = self.is_flying()
             && !waits_for_operator
             && self.ending().is_none()
