@@ -19,7 +19,7 @@ const FILES: [&str; 11] = [
 
 /// They may be megabytes, and are handed on as they are.
 const AREAS: [&str; 3] =
-    [".kittiwake.v1.PlanningBasis.areas", ".kittiwake.v1.EditReply.areas", ".kittiwake.v1.McmMemory.mission_areas"];
+    [".kittiwake.v1.PlanningBasis.areas", ".kittiwake.v1.EditReply.areas", ".kittiwake.v1.StoredMission.areas"];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("cargo:rerun-if-changed=kittiwake");

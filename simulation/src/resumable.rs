@@ -70,8 +70,8 @@ impl<N: Resumable, S: Sink> Resumable for Recorded<N, S> {
 impl Resumable for Mcm {
     type Memory = McmMemory;
 
-    /// The first one had no mission.
-    const FORMAT: u32 = 2;
+    /// The first one had no mission, and the second one no groups.
+    const FORMAT: u32 = 3;
 
     fn memory(&self) -> McmMemory {
         self.memory()

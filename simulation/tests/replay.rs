@@ -164,6 +164,6 @@ fn a_recording_is_replayed_and_one_that_was_changed_cut_off_or_is_foreign_is_tol
     refused(&path, b"", "no recording of inputs");
     let other =
         [b"kittiwake-inputs 1\n".as_slice(), &whole[whole.iter().position(|it| *it == b'\n').unwrap() + 1..]].concat();
-    refused(&path, &other, "a recording of format 1, expected 2");
+    refused(&path, &other, "a recording of format 1, expected 3");
     std::fs::remove_dir_all(folder).unwrap();
 }

@@ -39,6 +39,7 @@ pub mod survey;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;
 pub mod time;
+pub mod trust;
 pub mod way;
 pub mod wind_triangle;
 pub mod wire;

@@ -10,7 +10,7 @@
 //!
 //! A restart in flight forgets no grant: it is believed until its end, or until the tower decides again. What remains of it is reckoned by
 //! the wall clock, since no other goes on between two processes; a clock that was set meanwhile is wrong only until the tower is heard. The tower may have
-//! revoked it meanwhile, and what comes with its number may be a recording: [`Belief::is_remembered`] tells that, and the tower is to be asked.
+//! revoked it meanwhile, and what comes with its number may be a recording: the source of [`Belief::decided`] tells that, and the tower is to be asked.
 //!
 //! A denial or revocation with a lower number than is known is not believed either: it may be a recording, and the later grant holds.
 //! But where a grant is held, it may also be the word of a tower that has lost its numbers and whose clock was set back. It is reported as
@@ -29,6 +29,7 @@ use std::time::Duration;
 use domain::area::{Area, Extent};
 use domain::permission::{Entry, NotForIt, Permission, PermissionState};
 use domain::time::{Now, Pace, Time};
+use domain::trust::Known;
 
 use crate::key::PublicKey;
 
@@ -44,14 +45,14 @@ pub struct Belief {
     areas: Arc<[Area]>,
     extents: BTreeMap<String, Option<Extent>>,
     key: Option<PublicKey>,
-    lines: BTreeMap<String, Line>,
-    /// The highest number of a decision by area, also from before a restart.
-    latest: BTreeMap<String, u64>,
+    /// Live once this process has heard it, also with a number from before the start.
+    lines: BTreeMap<String, Known<Line>>,
+    /// The highest number of a decision by area. A number from before a restart stays restored: the tower may have decided again since, and
+    /// its line may be a recording.
+    latest: BTreeMap<String, Known<u64>>,
     /// The highest number of a decision that was forgotten.
     forgotten: Option<u64>,
-    /// The same as it was when this process started: the tower may have decided again since.
-    latest_at_start: BTreeMap<String, u64>,
-    /// Grants from before a restart, until the first moment is known.
+    /// Restored grants, until the first moment is known.
     stored: BTreeMap<String, StoredGrant>,
 }
 
@@ -62,15 +63,11 @@ struct Line {
     expires: Time,
     /// As it is to be stored if it is a grant.
     stored: StoredGrant,
-    /// It was heard since this process started.
-    is_heard: bool,
 }
 
 /// A grant as the next process needs it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredGrant {
-    /// The number of the decision.
-    pub decision: u64,
     /// Until when it is believed, by this machine's clock.
     pub until_utc_ms: i64,
     /// Mission time that was left of it when it was heard first: no more is left of it later, whatever a clock says.
@@ -152,7 +149,6 @@ impl Belief {
             lines: BTreeMap::new(),
             latest: BTreeMap::new(),
             forgotten: None,
-            latest_at_start: BTreeMap::new(),
             stored: BTreeMap::new(),
         }
     }
@@ -191,38 +187,32 @@ impl Belief {
         self.extents.get(area).copied().flatten()
     }
 
-    /// The highest number of a decision by area: to be stored, and restored at the next start.
-    pub fn latest(&self) -> &BTreeMap<String, u64> {
-        &self.latest
-    }
-
     /// The highest number of a decision about any area; zero before the first.
     pub fn highest(&self) -> u64 {
-        self.latest.values().copied().chain(self.forgotten).max().unwrap_or_default()
+        self.latest.values().map(|it| it.value).chain(self.forgotten).max().unwrap_or_default()
     }
 
-    /// The grant for `area`, if there is one: to be stored, and restored at the next start.
-    pub fn stored_grant(&self, area: &str) -> Option<StoredGrant> {
-        let line = self.lines.get(area).filter(|it| it.permission.state == PermissionState::Granted);
-        line.map(|it| &it.stored).or_else(|| self.stored.get(area)).cloned()
+    /// The number of the last decision about `area`.
+    pub fn decided(&self, area: &str) -> Option<Known<u64>> {
+        self.latest.get(area).copied()
     }
 
-    /// Whether the tower has decided nothing about `area` since this process started, as far as is known.
-    pub fn is_remembered(&self, area: &str) -> bool {
-        let at_start = self.latest_at_start.get(area);
-        at_start.is_some() && at_start == self.latest.get(area)
+    /// The last decision on each area, with its grant if it is one: to be stored, and restored at the next start.
+    pub fn stored(&self) -> impl Iterator<Item = (String, u64, Option<StoredGrant>)> {
+        self.latest.iter().map(|(area, decision)| (area.clone(), decision.value, self.stored_grant(area)))
     }
 
-    /// Continues after a restart.
-    pub fn restore(&mut self, latest: impl IntoIterator<Item = (String, u64)>) {
-        self.latest = latest.into_iter().take(MAX_AREAS).collect();
-        self.latest_at_start = self.latest.clone();
+    fn stored_grant(&self, area: &str) -> Option<StoredGrant> {
+        let granted = |it: &&Known<Line>| it.value.permission.state == PermissionState::Granted;
+        let line = self.lines.get(area).filter(granted);
+        line.map(|it| &it.value.stored).or_else(|| self.stored.get(area)).cloned()
     }
 
-    /// Continues with this grant after [`Belief::restore`]; it counts from [`Belief::begin`] on.
-    pub fn restore_grant(&mut self, area: String, grant: StoredGrant) {
-        if self.latest.get(&area) == Some(&grant.decision) {
-            self.stored.insert(area, grant);
+    /// Continues after a restart with a decision on `area`. A grant counts from [`Belief::begin`] on.
+    pub fn restore(&mut self, area: String, decision: u64, grant: Option<StoredGrant>) {
+        if self.latest.len() < MAX_AREAS {
+            self.stored.extend(grant.map(|it| (area.clone(), it)));
+            self.latest.insert(area, Known::restored(decision));
         }
     }
 
@@ -238,18 +228,18 @@ impl Belief {
                 expires_utc_ms: grant.until_utc_ms,
                 valid_for,
                 request_id: String::new(),
-                decision: grant.decision,
+                decision: self.latest.get(&area).map_or(0, |it| it.value),
                 signature: Vec::new(),
                 vehicle: self.vehicle.clone(),
                 flight: grant.flight.clone(),
                 extent: grant.extent,
             };
             let expires = now.time + valid_for;
-            self.lines.entry(area).or_insert(Line { permission, expires, stored: grant, is_heard: false });
+            self.lines.entry(area).or_insert(Known::restored(Line { permission, expires, stored: grant }));
         }
         if MAX_AREAS <= self.latest.len() {
             // The process before may have forgotten others; they were decided about before those that it kept without a grant.
-            self.forgotten = self.least_needed(now).and_then(|it| self.latest.get(&it).copied());
+            self.forgotten = self.least_needed(now).and_then(|it| self.decided(&it)).map(|it| it.value);
         }
     }
 
@@ -268,7 +258,8 @@ impl Belief {
                 Ok(Judgement::Believed) => {
                     let (area, decision) = (permission.area.clone(), permission.decision);
                     taken.decided.extend(self.believe(now, pace, permission));
-                    if self.is_remembered(&area) && self.remaining(&area, now.time).is_some() {
+                    let is_restored = self.decided(&area).is_some_and(|it| !it.is_live());
+                    if is_restored && self.remaining(&area, now.time).is_some() {
                         taken.to_ask.push(ToAsk { area, decision, why: Why::BeforeTheStart });
                     }
                 }
@@ -280,20 +271,20 @@ impl Belief {
 
     /// How long `area`, as it is now, may be entered in this flight; `None`: no grant allows it.
     pub fn remaining(&self, area: &str, now: Time) -> Option<Duration> {
-        let line = self.lines.get(area)?;
+        let line = &self.lines.get(area)?.value;
         let left = line.expires - now;
         let left_ms = i64::try_from(left.as_millis()).unwrap_or(i64::MAX);
         line.permission.allows(&self.entry(area, self.extent(area)), left_ms).is_ok().then_some(left)
     }
 
     fn entry<'a>(&'a self, area: &'a str, extent: Option<Extent>) -> Entry<'a> {
-        let latest = self.latest.get(area).copied().unwrap_or_default();
+        let latest = self.decided(area).map_or(0, |it| it.value);
         Entry { vehicle: &self.vehicle, flight: &self.flight, area, extent, latest }
     }
 
     /// What is known of `area`.
     pub fn permission(&self, area: &str) -> Option<&Permission> {
-        self.lines.get(area).map(|it| &it.permission)
+        self.lines.get(area).map(|it| &it.value.permission)
     }
 
     /// The areas about which something is known.
@@ -315,7 +306,7 @@ impl Belief {
         if *vehicle != self.vehicle {
             return Err(NotForIt::OtherVehicle(vehicle.clone()).into());
         }
-        let latest = self.latest.get(area).copied();
+        let latest = self.decided(area).map(|it| it.value);
         if is_grant && permission.extent.is_none() {
             // It is for nothing yet: the tower says for what once it was asked.
             return Ok(if latest.is_none_or(|it| it <= *decision) { Judgement::InAdvance } else { Judgement::Old });
@@ -324,7 +315,7 @@ impl Belief {
             let extent = self.extents.get(area).copied().unwrap_or(permission.extent);
             let left_ms = expires_utc_ms.saturating_sub(now.utc_ms);
             // That a grant which is known ends is nothing to refuse: it ends here as well.
-            let is_same = |it: &Line| it.is_heard && it.permission.decision == *decision;
+            let is_same = |it: &Known<Line>| it.is_live() && it.value.permission.decision == *decision;
             match permission.allows(&self.entry(area, extent), left_ms) {
                 Err(NotForIt::Expired { .. }) if self.lines.get(area).is_some_and(is_same) => {
                     return Ok(Judgement::Old);
@@ -350,7 +341,7 @@ impl Belief {
     /// Whether the line says no to what is granted, with a lower number.
     fn outdated(&self, now: Now, permission: &Permission) -> Option<ToAsk> {
         let &Permission { ref area, state, decision, .. } = permission;
-        let latest = self.latest.get(area).copied().filter(|it| decision < *it)?;
+        let latest = self.decided(area).map(|it| it.value).filter(|it| decision < *it)?;
         let says_no = matches!(state, PermissionState::Denied | PermissionState::Revoked);
         let is_granted = self.remaining(area, now.time).is_some();
         (says_no && is_granted).then(|| ToAsk { area: area.clone(), decision, why: Why::SaysNo { latest } })
@@ -358,9 +349,10 @@ impl Belief {
 
     /// The area that was decided about longest ago of those that are not granted.
     fn least_needed(&self, now: Now) -> Option<String> {
-        let holds_nothing = |it: &Line| it.permission.state != PermissionState::Granted || it.expires <= now.time;
+        let holds_nothing =
+            |it: &Known<Line>| it.value.permission.state != PermissionState::Granted || it.value.expires <= now.time;
         let not_granted = self.latest.iter().filter(|(area, _)| self.lines.get(*area).is_none_or(holds_nothing));
-        not_granted.min_by_key(|(_, decision)| **decision).map(|(area, _)| area.clone())
+        not_granted.min_by_key(|(_, decision)| decision.value).map(|(area, _)| area.clone())
     }
 
     fn make_room(&mut self, area: &str, now: Now) {
@@ -369,14 +361,14 @@ impl Belief {
             && let Some(least_needed) = self.least_needed(now)
         {
             self.lines.remove(&least_needed);
-            self.forgotten = self.forgotten.max(self.latest.remove(&least_needed));
+            self.forgotten = self.forgotten.max(self.latest.remove(&least_needed).map(|it| it.value));
         }
     }
 
     /// Returns the permission if it is a new decision.
     fn believe(&mut self, now: Now, pace: Pace, permission: Permission) -> Option<Permission> {
         // The end of one that was not heard since the start is reckoned by a clock that may have been set: it limits nothing.
-        let before = self.lines.get(&permission.area).filter(|it| it.is_heard);
+        let before = self.lines.get(&permission.area).filter(|it| it.is_live()).map(|it| &it.value);
         let mut expires = now.time + permission.valid_for;
         let same = before.filter(|it| it.was_granted() && it.permission.decision == permission.decision);
         if let Some(same) = same {
@@ -391,9 +383,11 @@ impl Belief {
         let state = |it: &Permission| (it.state, it.decision);
         let is_new = before.is_none_or(|it| state(&it.permission) != state(&permission));
         self.make_room(&permission.area, now);
-        self.latest.insert(permission.area.clone(), permission.decision);
-        self.lines
-            .insert(permission.area.clone(), Line { permission: permission.clone(), expires, stored, is_heard: true });
+        let (area, decision) = (permission.area.clone(), permission.decision);
+        let known = self.decided(&area).filter(|it| it.value == decision);
+        self.latest.insert(area.clone(), known.unwrap_or(Known::live(decision, now.time)));
+        let line = Line { permission: permission.clone(), expires, stored };
+        self.lines.insert(area, Known::live(line, now.time));
         Some(permission).filter(|it| is_new && it.state != PermissionState::Requested)
     }
 }
@@ -408,8 +402,8 @@ fn stored(now: Now, pace: Pace, permission: &Permission, expires: Time, before: 
         // The clock was set, or less is left than was said at first.
         Some(before) => StoredGrant { until_utc_ms, ..before },
         None => {
-            let Permission { decision, flight, extent, .. } = permission.clone();
-            StoredGrant { decision, until_utc_ms, longest: left, flight, extent }
+            let Permission { flight, extent, .. } = permission.clone();
+            StoredGrant { until_utc_ms, longest: left, flight, extent }
         }
     }
 }

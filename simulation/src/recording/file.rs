@@ -13,7 +13,7 @@ use super::content::{Entry, Header};
 /// The first word of the first line.
 const MARK: &str = "kittiwake-inputs";
 /// The form of what follows; a file of another one is not read.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 /// Longer than any entry: a mission's files, 32 MiB.
 const LONGEST: u32 = 64 << 20;
 /// In place of a length: the end.

@@ -87,7 +87,7 @@ fn act_until_reply(persisted: &mut Persisted<Mcm>, woken: &Receiver<()>) {
 }
 
 fn mission(persisted: &Persisted<Mcm>) -> String {
-    persisted.service.memory().mission.unwrap().mission
+    persisted.service.memory().mission.and_then(|it| it.status).unwrap().mission
 }
 
 fn loss(persisted: &Persisted<Mcm>) -> Option<String> {
@@ -182,11 +182,75 @@ fn a_state_that_cannot_be_used_is_a_loss() {
     }
     let of_this = to_json(&manager().memory()).to_string();
     check(&of_this, Mcm::FORMAT, None);
-    check(&of_this, 1, Some("an earlier version of the program has saved it, in format 1, expected 2"));
+    check(&of_this, 2, Some("an earlier version of the program has saved it, in format 2, expected 3"));
     check("{", Mcm::FORMAT, Some(""));
     check("{\"a\":1}", Mcm::FORMAT, Some(""));
     // A state without a mission belongs to another one.
     check("{}", Mcm::FORMAT, None);
+}
+
+/// On the ground it is refused, and an operator decides; a vehicle in the air holds until an operator decides.
+#[test]
+fn a_state_of_another_version_begins_nothing_on_the_ground_and_holds_the_vehicle_in_the_air() {
+    #[track_caller]
+    fn check(flying: bool, expected: &[&str]) {
+        let folder = tempfile::tempdir().unwrap();
+        let (mut store, _) = state_folder::open(folder.path(), "mcm", "uav1", Mcm::FORMAT - 1, false).unwrap();
+        store.save(to_json(&manager().memory()).to_string().as_bytes()).unwrap();
+        drop(store);
+        let mut persisted = in_folder(folder.path()).unwrap();
+        let (mut asked, mut reasons) = (Vec::new(), Vec::new());
+        for tick in 1..20 {
+            let now = Now { time: Time::after(Duration::from_millis(100) * tick), ..Now::default() };
+            let (vehicle, message) = ("uav1".into(), Message::Introspection(seen(flying)));
+            let mut effects = Vec::new();
+            persisted.on(now, Event::Message { vehicle, message }, &mut effects);
+            persisted.act(now, &mut effects);
+            for effect in effects {
+                match effect {
+                    Effect::Call { request: Request::Skill(request), .. } => asked.extend(request.goal),
+                    Effect::Call { request: Request::Replan(_), .. } => panic!("a plan is asked for"),
+                    Effect::Publish { message: Message::McmStatus(status), .. } => {
+                        reasons = status.contingencies.into_iter().map(|it| it.reason).collect();
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let goals: Vec<_> = asked.iter().map(|it| format!("{:?}", it.goal)).collect();
+        assert!(goals.iter().all(|it| it.contains("Stop")) && !(flying && goals.is_empty()), "{goals:?}");
+        assert_eq!(reasons, expected);
+    }
+    let why = ["an earlier version of the program has saved it, in format 2, expected 3"];
+    check(false, &why);
+    check(true, &why);
+}
+
+/// What the monitor says of a vehicle that hovers, or stands.
+fn seen(flying: bool) -> v1::Introspection {
+    let mode = v1::FlightMode::Loiter as i32;
+    let position = Some(v1::Ned { down_m: if flying { -10.0 } else { 0.0 }, ..Default::default() });
+    let velocity = Some(v1::NedVelocity::default());
+    let zero = Some(0.0);
+    v1::Introspection {
+        status: Some(v1::VehicleStatus { armed: flying, intended_mode: mode, actual_mode: mode, ..Default::default() }),
+        local_position: Some(v1::VehicleLocalPosition {
+            position,
+            velocity,
+            vertical_valid: true,
+            ..Default::default()
+        }),
+        land_detected: Some(v1::VehicleLandDetected { landed: !flying, ..Default::default() }),
+        battery: Some(v1::BatteryStatus { remaining: 1.0, ..Default::default() }),
+        ages: Some(v1::SourceAges {
+            status_s: zero,
+            local_position_s: zero,
+            land_detected_s: zero,
+            battery_s: zero,
+            ..Default::default()
+        }),
+        ..Default::default()
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use domain::area::AreaKind;
 use domain::geometry::Ned;
+use domain::trust::Source;
 use proptest::prelude::*;
 
 use super::*;
@@ -117,9 +118,9 @@ fn a_grant_is_not_believed_after_a_later_decision_also_not_after_a_restart() {
             take(&mut vehicle, 0, signed(grant(5))).unwrap();
             take(&mut vehicle, 1, state(later, 6)).unwrap();
             if restarts {
-                let latest = vehicle.latest().clone();
+                let stored: Vec<_> = vehicle.stored().collect();
                 vehicle = belief();
-                vehicle.restore(latest);
+                stored.into_iter().for_each(|(area, decision, grant)| vehicle.restore(area, decision, grant));
             }
             let refusal = take(&mut vehicle, 2, signed(grant(5))).unwrap_err();
             assert_eq!(refusal.to_string(), "a later decision than number 5 is known: 6");
@@ -255,7 +256,7 @@ fn names_from_the_network_do_not_fill_the_memory() {
     for n in 0..2 * MAX_AREAS {
         let _ = take(&mut belief, 0, Permission { area: n.to_string(), ..grant(5) });
     }
-    assert_eq!((belief.areas().count(), belief.latest().len()), (MAX_AREAS, MAX_AREAS));
+    assert_eq!((belief.areas().count(), belief.stored().count()), (MAX_AREAS, MAX_AREAS));
 }
 
 #[test]
@@ -270,14 +271,12 @@ fn areas_of_which_nothing_is_granted_any_more_make_room_and_no_old_grant_comes_b
         for n in 1..last {
             assert_eq!(take(&mut vehicle, 0, denied(n, n + 10)), Ok(()), "area {n}");
         }
-        assert_eq!(vehicle.latest().len(), MAX_AREAS);
+        assert_eq!(vehicle.stored().count(), MAX_AREAS);
         assert!(remaining_area(&vehicle, "area 0"), "a grant is not forgotten");
         if restarts {
-            let latest = vehicle.latest().clone();
-            let grant = vehicle.stored_grant("area 0").unwrap();
+            let stored: Vec<_> = vehicle.stored().collect();
             vehicle = of_mission();
-            vehicle.restore(latest);
-            vehicle.restore_grant("area 0".to_owned(), grant);
+            stored.into_iter().for_each(|(area, decision, grant)| vehicle.restore(area, decision, grant));
             vehicle.begin(at(0), Pace::REAL_TIME);
         }
         let replayed = take(&mut vehicle, 0, line(1, 5)).unwrap_err();
@@ -287,7 +286,7 @@ fn areas_of_which_nothing_is_granted_any_more_make_room_and_no_old_grant_comes_b
         assert_eq!(take(&mut vehicle, 0, old), Ok(()), "a request is no decision yet");
         assert_eq!(take(&mut vehicle, 0, line(last, last + 10)), Ok(()));
         assert!(remaining_area(&vehicle, &format!("area {last}")) && remaining_area(&vehicle, "area 0"));
-        assert_eq!(vehicle.latest().len(), MAX_AREAS);
+        assert_eq!(vehicle.stored().count(), MAX_AREAS);
     }
 }
 
@@ -361,19 +360,14 @@ proptest! {
         let taken = belief.take(at(s), Pace::REAL_TIME, vec![line.clone(), Permission { decision: 1, ..line }]);
         prop_assert_eq!(taken.refused.len(), 2);
         prop_assert_eq!(belief.remaining("A", at(s).time), None);
-        prop_assert!(belief.latest().is_empty());
+        prop_assert_eq!(belief.stored().count(), 0);
     }
 }
 
 /// A belief that goes on at `s` seconds from what another one has stored; the clock was set by `set_ms` meanwhile.
 fn started_again(before: &Belief, s: u64, set_ms: i64) -> Belief {
     let mut after = belief();
-    after.restore(before.latest().clone());
-    for area in before.latest().keys() {
-        if let Some(grant) = before.stored_grant(area) {
-            after.restore_grant(area.clone(), grant);
-        }
-    }
+    before.stored().for_each(|(area, decision, grant)| after.restore(area, decision, grant));
     // Mission time begins again.
     after.begin(Now { time: Time::ZERO, utc_ms: at(s).utc_ms + set_ms }, Pace::REAL_TIME);
     after
@@ -416,21 +410,25 @@ fn what_the_tower_says_counts_more_than_what_is_remembered() {
     check(state(PermissionState::Denied, 2), None);
 }
 
+fn source(belief: &Belief) -> Option<Source> {
+    belief.decided("A").map(|it| it.source)
+}
+
 /// The tower may have revoked it while nobody listened, and somebody plays what was heard before.
 #[test]
 fn after_a_restart_a_grant_of_before_is_one_to_stay_until_the_tower_has_decided_again() {
     let mut before = belief();
     take(&mut before, 0, signed(grant(5))).unwrap();
-    assert!(!before.is_remembered("A"));
+    assert_eq!(source(&before), Some(Source::Live));
     let mut after = started_again(&before, 100, 0);
     for s in [101, 102] {
         let repeated = Permission { valid_for: Duration::from_secs(900 - s), ..grant(5) };
         let taken = after.take(at(s), Pace::REAL_TIME, vec![signed(repeated)]);
         assert_eq!(taken.to_ask, [ToAsk { area: "A".into(), decision: 5, why: Why::BeforeTheStart }]);
-        assert_eq!((after.is_remembered("A"), remaining_s(&after, s)), (true, Some(900 - s)));
+        assert_eq!((source(&after), remaining_s(&after, s)), (Some(Source::Restored), Some(900 - s)));
     }
     let taken = after.take(at(103), Pace::REAL_TIME, vec![signed(grant(6))]);
-    assert_eq!((taken.to_ask, after.is_remembered("A"), remaining_s(&after, 103)), (Vec::new(), false, Some(797)));
+    assert_eq!((taken.to_ask, source(&after), remaining_s(&after, 103)), (Vec::new(), Some(Source::Live), Some(797)));
 }
 
 #[test]

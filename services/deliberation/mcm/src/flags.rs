@@ -21,47 +21,27 @@ pub(crate) struct Flags {
 }
 
 /// A flag that is up.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Flag {
-    since: Time,
-    reason: String,
+    pub(crate) since: Time,
+    /// Why it was raised.
+    pub(crate) reason: String,
     /// The value that it was raised by. A restart of the manager forgets it: the reason has it in words.
-    measured: Option<Measured>,
+    pub(crate) measured: Option<Measured>,
     /// The sources that say that its condition still holds, each once.
-    sources: Vec<String>,
-    acknowledged_by: Option<String>,
-    overridden: bool,
+    pub(crate) sources: Vec<String>,
+    /// An operator.
+    pub(crate) acknowledged_by: Option<String>,
+    /// It was up when an operator last ordered something with override.
+    pub(crate) overridden: bool,
+    /// It is an order with override.
+    pub(crate) overrides: bool,
 }
 
 impl Flag {
-    /// Why it was raised.
-    pub(crate) fn reason(&self) -> &str {
-        &self.reason
-    }
-
-    /// The value that it was raised by, if there is one.
-    pub(crate) fn measured(&self) -> Option<Measured> {
-        self.measured
-    }
-
-    /// Whether it was up when an operator last ordered something with override.
-    pub(crate) fn overridden(&self) -> bool {
-        self.overridden
-    }
-
-    /// The operator who has acknowledged it.
-    pub(crate) fn acknowledged_by(&self) -> Option<&str> {
-        self.acknowledged_by.as_deref()
-    }
-
     /// Whether any of its sources says that its condition still holds.
     pub(crate) fn holds(&self) -> bool {
         !self.sources.is_empty()
-    }
-
-    /// The sources that say that its condition still holds.
-    pub(crate) fn sources(&self) -> impl Iterator<Item = &str> {
-        self.sources.iter().map(String::as_str)
     }
 }
 
@@ -101,8 +81,7 @@ impl Flags {
                 false
             }
             Err(place) => {
-                let (sources, acknowledged_by, overridden) = (vec![source], None, false);
-                let flag = Flag { since: now, reason, measured, sources, acknowledged_by, overridden };
+                let flag = Flag { since: now, reason, measured, sources: vec![source], ..Flag::default() };
                 self.up.insert(place, (row, flag));
                 true
             }
@@ -110,16 +89,7 @@ impl Flags {
     }
 
     /// Raises a row's flag again as it was before a restart of the manager.
-    pub(crate) fn restore(
-        &mut self,
-        now: Time,
-        row: usize,
-        reason: String,
-        sources: Vec<String>,
-        acknowledged_by: Option<String>,
-        overridden: bool,
-    ) {
-        let flag = Flag { since: now, reason, measured: None, sources, acknowledged_by, overridden };
+    pub(crate) fn restore(&mut self, row: usize, flag: Flag) {
         match self.place(row) {
             Ok(place) => self.up[place].1 = flag,
             Err(place) => self.up.insert(place, (row, flag)),
@@ -158,9 +128,22 @@ impl Flags {
         self.get(name).is_some()
     }
 
-    /// An operator orders something with override, and knows of every flag that is up.
-    pub(crate) fn override_all(&mut self) {
-        self.up.iter_mut().for_each(|(_, flag)| flag.overridden = true);
+    /// Whether a row's flag is that of an order with override.
+    pub(crate) fn overrides(&self, row: usize) -> bool {
+        self.of_row(row).is_some_and(|it| it.overrides)
+    }
+
+    /// An operator orders what the flag of `row` stands for with override, and knows of every flag that is up.
+    pub(crate) fn override_all(&mut self, row: usize) {
+        self.up.iter_mut().for_each(|(number, flag)| (flag.overridden, flag.overrides) = (true, *number == row));
+    }
+
+    /// The order is taken back; by no source the flag's condition holds any more.
+    pub(crate) fn take_back(&mut self, name: &str) {
+        if let Some(flag) = self.get_mut(name) {
+            flag.sources.clear();
+            flag.overrides = false;
+        }
     }
 
     /// The rows whose flags are up, most urgent first.

@@ -140,7 +140,7 @@ fn in_words(entry: Entry, flags: &Flags, table: &Contingencies) -> Said {
             said(DecisionKind::ContingencyAnswered, format!("`{}`: {first}", flags.name(row)))
                 .about(row)
                 .led_to_by(Cause::Raised(row))
-                .measuring(flags.get(flags.name(row)).and_then(|flag| flag.measured()))
+                .measuring(flags.get(flags.name(row)).and_then(|flag| flag.measured))
                 .taking(first, String::new())
                 .rejecting(rejected)
         }

@@ -9,6 +9,7 @@ use domain::area::{Area, Extent};
 use domain::permission::{Permission, PermissionState};
 use domain::plan::{Denial, DenialKind, PermissionNeed, StepId};
 use domain::time::{Now, Pace, Time};
+use domain::trust::{Doubt, Known, Source, To};
 use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::Request;
 use kittiwake_proto::v1;
@@ -44,14 +45,11 @@ pub(crate) struct Permissions {
     /// Areas that were asked for again in flight; no further request before this time.
     renewals: BTreeMap<String, Time>,
     last_request: u64,
-    /// The start of the tower whose ledger came last; zero before the first.
-    tower_start: u64,
-    /// Areas that were granted by a tower that is gone, and were not asked for since.
-    of_former_tower: BTreeSet<String>,
-    /// Until when the first ledger is awaited; `None` before the first moment.
-    silent_until: Option<Time>,
-    /// A ledger in one part was heard.
-    has_heard: bool,
+    /// The start of the tower whose ledger came last, zero before the first, and since when it is this tower. Live once a ledger in one part
+    /// was heard, which is all that the tower knows.
+    tower: Known<u64>,
+    /// Until when the tower may confirm what was restored; `None` before the first moment.
+    confirms_until: Option<Time>,
     /// Areas with why a line of the ledger was refused: each is said once.
     refused: BTreeSet<(String, Refusal)>,
     /// Areas about which the tower was asked because of a line that settles nothing, and whether that says no: the highest number of such a line, and
@@ -92,10 +90,8 @@ impl Permissions {
             asked_ahead: BTreeSet::new(),
             renewals: BTreeMap::new(),
             last_request: 0,
-            tower_start: 0,
-            of_former_tower: BTreeSet::new(),
-            silent_until: None,
-            has_heard: false,
+            tower: Known::restored(0),
+            confirms_until: None,
             refused: BTreeSet::new(),
             doubted: BTreeMap::new(),
             instance,
@@ -132,9 +128,8 @@ impl Permissions {
 
     /// The last decision on each area: to be stored, and restored at the next start.
     pub(crate) fn stored(&self) -> Vec<v1::AreaDecision> {
-        let decision = |(area, &decision): (&String, &u64)| {
-            let (area, grant) = (area.clone(), self.belief.stored_grant(area));
-            let Some(StoredGrant { until_utc_ms, longest, flight, extent, .. }) = grant else {
+        let decision = |(area, decision, grant)| {
+            let Some(StoredGrant { until_utc_ms, longest, flight, extent }) = grant else {
                 return v1::AreaDecision { area, decision, ..Default::default() };
             };
             v1::AreaDecision {
@@ -146,76 +141,59 @@ impl Permissions {
                 extent: extent.map(Into::into),
             }
         };
-        self.belief.latest().iter().map(decision).collect()
-    }
-
-    /// The start of the tower whose ledger came last, also before a restart of this process; zero before the first.
-    pub(crate) fn tower_start(&self) -> u64 {
-        self.tower_start
+        self.belief.stored().map(decision).collect()
     }
 
     /// Continues after a restart with the tower's decisions: by the grants among them only what [`Permissions::go_on_with`] names is flown.
     ///
     /// # Errors
-    /// If a stored grant is invalid. It is not restored, nor are those after it.
-    pub(crate) fn restore(&mut self, decisions: &[v1::AreaDecision], tower_start: u64) -> Result<(), InvalidMessage> {
-        self.tower_start = tower_start;
-        self.belief.restore(decisions.iter().map(|it| (it.area.clone(), it.decision)));
-        for it in decisions.iter().filter(|it| it.granted_for_ms != 0) {
-            let grant = StoredGrant {
-                decision: it.decision,
-                until_utc_ms: it.granted_until_utc_ms,
-                longest: Duration::from_millis(it.granted_for_ms),
-                flight: it.flight.clone(),
-                extent: it.extent.clone().map(Extent::try_from).transpose()?,
-            };
-            self.belief.restore_grant(it.area.clone(), grant);
+    /// If a stored grant is invalid. Its number counts nevertheless.
+    pub(crate) fn restore(&mut self, decisions: Vec<v1::AreaDecision>) -> Result<(), InvalidMessage> {
+        let mut outcome = Ok(());
+        for it in decisions {
+            let grant = stored_grant(&it);
+            outcome = outcome.and(grant.clone().map(drop));
+            self.belief.restore(it.area, it.decision, grant.unwrap_or_default());
         }
-        Ok(())
+        outcome
     }
 
     /// The present moment: the first one begins what was restored.
     pub(crate) fn pass(&mut self, now: Now, pace: Pace) {
-        if self.silent_until.is_none() {
-            self.silent_until = Some(now.time + pace.wall(FIRST_LEDGER));
+        if self.confirms_until.is_none() {
+            self.confirms_until = Some(now.time + pace.wall(FIRST_LEDGER));
             self.belief.begin(now, pace);
         }
     }
 
+    /// Where the permission for `area` is from. A restored one may have been revoked since.
+    pub(crate) fn source(&self, area: &str, now: Time) -> Source {
+        self.unless_overdue(self.belief.decided(area).map_or(Source::Live, |it| it.source), now)
+    }
+
     /// Whether what the tower has decided is still to be heard after the start: until then nobody knows that a permission is missing.
     pub(crate) fn awaits_first_ledger(&self, now: Time) -> bool {
-        !self.has_heard && self.may_still_ask(now)
+        self.unless_overdue(self.tower.source, now) == Source::Restored
     }
 
-    /// Whether there is time left to ask the tower about what was granted before the start.
-    pub(crate) fn may_still_ask(&self, now: Time) -> bool {
-        self.silent_until.is_some_and(|until| now < until)
-    }
-
-    /// Whether the permission for `area` is only remembered: the tower has not decided again since the start, and may have revoked it
-    /// before. It is one to stay, not one to go in.
-    pub(crate) fn is_only_remembered(&self, area: &str) -> bool {
-        self.belief.is_remembered(area)
+    /// What the tower has not confirmed in time is doubted.
+    fn unless_overdue(&self, source: Source, now: Time) -> Source {
+        match source {
+            Source::Restored if self.confirms_until.is_none_or(|until| until <= now) => {
+                Source::Doubted(Doubt::Unconfirmed)
+            }
+            _ => source,
+        }
     }
 
     /// Whether `area` may be entered and stayed in now, with a margin before the expiry.
     pub(crate) fn holds(&self, area: &str, now: Time, margin: Duration) -> bool {
-        self.remaining(area, now).is_some_and(|remaining| margin < remaining)
-    }
-
-    /// The areas whose permission is held now, with a margin before the expiry.
-    pub(crate) fn held(&self, now: Time, margin: Duration) -> Vec<String> {
-        self.belief.areas().filter(|it| self.holds(it, now, margin)).cloned().collect()
+        self.belief.remaining(area, now).is_some_and(|remaining| margin < remaining)
     }
 
     /// How long each permission is held from now on.
     pub(crate) fn grants(&self, now: Time) -> Grants {
-        self.belief.areas().filter_map(|area| Some((area.clone(), self.remaining(area, now)?))).collect()
-    }
-
-    /// How long the permission for `area` is held from now on; `None`: it is not held.
-    fn remaining(&self, area: &str, now: Time) -> Option<Duration> {
-        self.belief.remaining(area, now)
+        self.belief.areas().filter_map(|area| Some((area.clone(), self.belief.remaining(area, now)?))).collect()
     }
 
     /// Counts decisions that changed something, so that a plan that waits for one notices it.
@@ -223,25 +201,26 @@ impl Permissions {
         self.revision
     }
 
-    /// Whether `area` is held by the word of a tower that is gone, so that it is to be asked for again.
-    pub(crate) fn is_of_former_tower(&self, area: &str) -> bool {
-        self.of_former_tower.contains(area)
+    /// Why the tower is to be asked again about `area`, if it is held by a decision that is older than what is known of the tower.
+    pub(crate) fn why_to_confirm(&self, area: &str, now: Time) -> Option<&'static str> {
+        let decided = self.belief.decided(area).filter(|it| it.since < self.tower.since)?;
+        self.belief.remaining(area, now)?;
+        Some(match decided.is_live() {
+            true => "because the control tower was started again",
+            false => "since it was granted before the start",
+        })
     }
 
-    /// A ledger in one part was heard, which is all that the tower knows. Where it comes in several parts this is never called, and
-    /// [`FIRST_LEDGER`] alone ends the wait for it.
-    pub(crate) fn on_whole_ledger(&mut self) {
-        self.has_heard = true;
-    }
-
-    /// Hears which tower there is; returns whether it is another one than before, which may know less.
-    pub(crate) fn on_tower(&mut self, now: Time, start: u64) -> bool {
-        let before = std::mem::replace(&mut self.tower_start, start);
-        let is_another = ![0, start].contains(&before);
-        if is_another {
-            self.of_former_tower = self.held(now, Duration::ZERO).into_iter().collect();
-        }
-        is_another
+    /// Hears which tower there is, in a ledger that is whole or has several parts; returns whether it is another one than before, which
+    /// may know less. Where no ledger is whole, [`FIRST_LEDGER`] alone ends the wait for the first.
+    pub(crate) fn on_tower(&mut self, now: Time, start: u64, is_whole: bool) -> bool {
+        let Known { value: before, source, since } = self.tower;
+        self.tower = Known {
+            value: start,
+            source: if is_whole { Source::Live } else { source },
+            since: if start == before { since } else { now },
+        };
+        ![0, start].contains(&before)
     }
 
     /// Takes in a ledger. Returns the tower's decisions since the last one, and what is not believed.
@@ -280,14 +259,13 @@ impl Permissions {
         tries == 0
     }
 
-    /// Asks again for `area`, whose permission is held and will expire, or is of a tower that is gone, or doubted; returns whether a request
-    /// was sent. Answers are overdue as for any other request, but silence is no denial here: the flight reacts to the expiry itself.
+    /// Asks again for `area`, whose permission is held and will expire, or is to be confirmed, or doubted; returns whether a request was
+    /// sent. Answers are overdue as for any other request, but silence is no denial here: the flight reacts to the expiry itself.
     pub(crate) fn renew(&mut self, now: Time, area: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) -> bool {
         if self.requests.contains_key(area) || self.renewals.get(area).is_some_and(|until| now < *until) {
             return false;
         }
         self.renewals.insert(area.to_owned(), now + limits.permission_answer);
-        self.of_former_tower.remove(area);
         self.send(area, by, limits, outbox);
         true
     }
@@ -333,12 +311,12 @@ impl Permissions {
         self.requests.insert(area.to_owned(), PermissionRequest::Denied(denial));
     }
 
-    /// Whether every permission that is needed is held, and was decided since the start.
+    /// Whether every permission that is needed is held, and enough to go on by.
     pub(crate) fn meets(&self, need: &PermissionNeed, now: Time, limits: &Limits) -> bool {
         let least = need.lasts.max(limits.permission_margin);
         // A grant is already a moment old when it arrives.
-        let lasts = self.remaining(&need.area, now).is_some_and(|remaining| least < remaining + GRANT_AGE);
-        lasts && !self.is_only_remembered(&need.area)
+        let lasts = self.belief.remaining(&need.area, now).is_some_and(|remaining| least < remaining + GRANT_AGE);
+        lasts && self.source(&need.area, now).permits(To::GoOn)
     }
 
     /// The request for `area` is given up, or has been answered; a late grant still counts.
@@ -418,6 +396,19 @@ impl Permissions {
         };
         outbox.call(Purpose::Permission(area.to_owned()), Request::Permission(request), limits.permission_answer);
     }
+}
+
+/// The grant of a stored decision, if it is one.
+fn stored_grant(it: &v1::AreaDecision) -> Result<Option<StoredGrant>, InvalidMessage> {
+    if it.granted_for_ms == 0 {
+        return Ok(None);
+    }
+    Ok(Some(StoredGrant {
+        until_utc_ms: it.granted_until_utc_ms,
+        longest: Duration::from_millis(it.granted_for_ms),
+        flight: it.flight.clone(),
+        extent: it.extent.clone().map(Extent::try_from).transpose()?,
+    }))
 }
 
 /// The name of a flight: no other process that was ever started has given it.

@@ -11,6 +11,7 @@ use domain::plan::Step;
 use domain::skill::Goal;
 use domain::speeds::Speeds;
 use domain::time::Time;
+use domain::trust::Source;
 
 use super::World;
 use super::places::SAME_SITE_M;
@@ -43,12 +44,13 @@ impl World {
             let around = || self.seen.vehicle.into_iter().flat_map(|it| self.areas_around(it.position));
             let awaits = self.permissions.awaits_first_ledger(now);
             let unknown = around().filter(|it| awaits && it.kind == AreaKind::Permission);
+            let sources = grants.keys().map(|it| (it, self.permissions.source(it, now)));
+            let sources = sources.filter(|(_, source)| *source != Source::Live);
             Permits {
-                restored: grants.keys().filter(|it| self.permissions.is_only_remembered(it)).cloned().collect(),
+                sources: sources.map(|(area, source)| (area.clone(), source)).collect(),
                 around: around().map(|it| it.name.clone()).collect(),
                 unknown: unknown.map(|it| it.name.clone()).collect(),
                 flying: self.is_flying(),
-                may_hear: self.permissions.may_still_ask(now),
                 no_new_area: self.narrowing().no_new_area.is_some(),
                 needs_held: self.answer.needs_held_areas,
                 grants,
@@ -192,8 +194,9 @@ impl World {
         (place.horizontal_distance_m(at) < SAME_SITE_M).then(|| self.flags.name(row))
     }
 
-    /// The permissions that a response could use from here on, also one that is not under way.
+    /// The permissions that a response could use from here on, also one that is not under way: it may enter everything that is held if it
+    /// reaches no landing otherwise.
     pub(super) fn permits_of_responses(&self) -> Grants {
-        if self.comes_down() { self.permits().to_begin() } else { self.permits().with_all_held() }
+        if self.comes_down() { self.permits().to_begin() } else { self.permits().grants.clone() }
     }
 }

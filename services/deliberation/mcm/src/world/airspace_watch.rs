@@ -179,12 +179,12 @@ impl World {
             .then(|| format!("at {speed_m_s:.1} m/s it comes to rest {way_m:.0} m on, inside area {}", breach.area))
     }
 
-    /// Asks for the permissions of areas around the vehicle that would expire before it has left them, and for those that a
-    /// tower has given that is gone.
+    /// Asks for the permissions of areas around the vehicle that would expire before it has left them, and for those that were given before
+    /// the tower or this process was started.
     fn renew_permissions(&mut self, here: Ned) {
         let inside = self.areas_around(here).filter(|it| it.kind == AreaKind::Permission);
         let due = |area: &&Area| {
-            if self.permissions.is_of_former_tower(&area.name) {
+            if self.permissions.why_to_confirm(&area.name, self.now.time).is_some() {
                 return true;
             }
             let way = self.watch.airspace.ways_out.times.get(&area.name).copied().unwrap_or_default();
@@ -196,10 +196,7 @@ impl World {
         let names: BTreeSet<String> = inside.filter(due).map(|it| it.name.clone()).collect();
         let by = self.needed_by();
         for area in names {
-            let why = match self.permissions.is_of_former_tower(&area) {
-                true => "because the control tower was started again",
-                false => "before its permission expires",
-            };
+            let why = self.permissions.why_to_confirm(&area, self.now.time).unwrap_or("before its permission expires");
             if self.permissions.renew(self.now.time, &area, by, &self.setup.limits, &mut self.out.outbox) {
                 let text = format!("asking for area {area} again {why}");
                 self.record(Said::new("permission", DecisionKind::PermissionAsked, text).about_area(area));

@@ -260,7 +260,7 @@ impl World {
 
     fn candidates(&self) -> Vec<Candidate> {
         let objectives = self.planner.status().objectives.iter().map(|it| &it.objective);
-        candidates(self.people.operator.landing_site(), self.mission_sites(), objectives)
+        candidates(self.people.operator.landing_site, self.mission_sites(), objectives)
     }
 
     /// Lets a response that brings the vehicle down, and that no landing is in reach of otherwise, enter areas whose permission is held

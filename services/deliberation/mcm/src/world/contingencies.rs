@@ -56,7 +56,7 @@ impl World {
         let seen_at = match self.seen.vehicle {
             Some(vehicle) if vehicle.flying => vehicle.heard.at,
             // Not seen since this process was started, and it flew before.
-            None if self.seen.was_flying => began,
+            None if self.was_flying() => began,
             _ => return None,
         };
         let lost_from = seen_at + self.setup.limits.introspection;

@@ -9,10 +9,11 @@ use domain::contingency::{AUTOPILOT_PREEMPTS, FRAME_MOVED, LEFT_TO_OTHERS, SOMEB
 use domain::flight_state::status_limit;
 use domain::geodesy::Origin;
 use domain::time::Time;
+use domain::trust::Known;
 use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
 
-use super::{SELF, UnplannedLanding, World};
+use super::{SELF, World};
 use crate::clients::skills::Sending;
 use crate::config::Limits;
 use crate::vehicle::{ConfirmedState, Vehicle};
@@ -35,11 +36,9 @@ pub(super) struct Control {
     pre_empted_at: Time,
     /// The autopilot has last been seen, or heard, to fly by itself with its motors on.
     flew_by_itself: bool,
-    /// The local frame, and where it had its origin when positions could last be compared with those of the mission.
-    frame: Option<Frame>,
-    /// It is the frame of a mission that was under way before a restart; and whether it has not been compared with that of now.
-    is_remembered: bool,
-    awaits_comparison: bool,
+    /// The local frame, and where it had its origin when positions could last be compared with those of the mission; restored until its origin
+    /// was compared with the present one.
+    frame: Option<Known<Frame>>,
 }
 
 /// A local frame of the vehicle.
@@ -104,18 +103,14 @@ impl World {
     /// Whether the vehicle flies, and nobody else flies it: by a status, and what the skill manager says, from since it has lifted off, which
     /// would tell; of those that are silent no more is to be expected.
     pub(crate) fn flies_unattended(&self) -> bool {
-        let (Some(vehicle), Some(since)) = (self.seen.vehicle, self.seen.flies_since) else { return false };
+        let flies = self.seen.flies.filter(|it| it.is_live() && it.value);
+        let (Some(vehicle), Some(Known { since, .. })) = (self.seen.vehicle, flies) else { return false };
         let is_told = since <= vehicle.status_at.min(self.control.told_at)
             || status_limit(self.setup.limits.pace) <= self.now.time - since;
         vehicle.flying && is_told && !self.is_flown_by_other()
     }
 
-    /// An operator has ordered to take control back, and the vehicle has not obeyed yet.
-    pub(super) fn takes_control(&self) -> bool {
-        self.control.taking.is_some()
-    }
-
-    /// The same of a process before this one.
+    /// In the previous process an operator had ordered to take control back, and the vehicle has not obeyed yet.
     pub(super) fn restore_taking(&mut self, takes_control: bool) {
         self.control.taking = takes_control.then(Taking::default);
     }
@@ -184,8 +179,7 @@ impl World {
         if is_left && std::mem::take(&mut self.control.flew_by_itself) && self.mission.over.is_none() {
             let why = "the autopilot has ended a takeoff or a landing by itself".to_owned();
             self.say("contingency", format!("waits for an operator: {why}"));
-            self.planner.withdraw(&why);
-            self.landings.unplanned_landing.get_or_insert(UnplannedLanding { since: self.now.time, why });
+            self.has_landed_unplanned(why);
         }
     }
 
@@ -197,51 +191,42 @@ impl World {
             format!("`{SOMEBODY_ELSE_FLIES}` is over: the vehicle is on the ground, with its motors off"),
         );
         if self.mission.over.is_none() {
-            let why = "somebody else has flown the vehicle".to_owned();
-            self.planner.withdraw(&why);
-            self.landings.unplanned_landing.get_or_insert(UnplannedLanding { since: self.now.time, why });
+            self.has_landed_unplanned("somebody else has flown the vehicle".to_owned());
         }
     }
 
     /// The frame that the places of the mission are in, for as long as one is under way.
     pub(super) fn mission_frame(&self) -> Option<Frame> {
-        let is_begun = self.mission.started_s.is_some() || self.control.is_remembered;
-        let is_under_way = self.mission.over.is_none() || self.seen.was_flying;
-        self.control.frame.filter(|_| is_begun && is_under_way)
+        let is_under_way = self.mission.over.is_none() || self.was_flying();
+        self.control.frame.filter(|_| self.mission.started_s.is_some() && is_under_way).map(|it| it.value)
     }
 
-    /// The frame of a mission that was under way before a restart.
+    /// The frame of a mission that was under way before a restart. Without one, the places of the mission are in the frame that there is when
+    /// it begins.
     pub(super) fn restore_frame(&mut self, frame: Option<Frame>) {
-        self.control.frame = frame;
-        (self.control.is_remembered, self.control.awaits_comparison) = (frame.is_some(), frame.is_some());
-    }
-
-    /// The places of the next mission are in the frame that there is when it begins.
-    pub(super) fn forget_frame(&mut self) {
-        self.restore_frame(None);
+        self.control.frame = frame.map(Known::restored);
     }
 
     /// Notices a local frame that is another one than before.
     fn watch_frame(&mut self) {
         let Some(vehicle) = self.seen.vehicle else { return };
         let (epoch, origin) = (vehicle.frame_epoch, vehicle.origin);
-        let Some(Frame { epoch: before, origin: reference }) = self.control.frame else {
-            self.control.frame = Some(Frame { epoch, origin });
-            return;
-        };
+        let present = Known::live(Frame { epoch, origin }, self.now.time);
+        let known = *self.control.frame.get_or_insert(present);
+        let Frame { epoch: before, origin: reference } = known.value;
         let is_same = reference.zip(origin).map(|(a, b)| is_same_place(a, b));
-        self.control.frame = Some(Frame { epoch, origin: reference.or(origin.filter(|_| before == epoch)) });
+        let value = Frame { epoch, origin: reference.or(origin.filter(|_| before == epoch)) };
+        self.control.frame =
+            Some(if is_same.is_some() { Known { value, ..present } } else { Known { value, ..known } });
         // If everything was started again at once, epochs may begin at zero again: then only the origins show that the frame is another one.
-        let is_another = self.control.awaits_comparison && is_same == Some(false) && !self.flags.is_up(FRAME_MOVED);
-        let was_begun = self.mission.started_s.is_some() || self.control.is_remembered;
-        self.control.awaits_comparison &= is_same.is_none();
+        let is_another = !known.is_live() && is_same == Some(false) && !self.flags.is_up(FRAME_MOVED);
         if before != epoch || is_another {
             self.seen.confirmed = ConfirmedState::default();
             self.landings.blocked_sites.clear();
             self.planner.withdraw("the autopilot's local frame moved");
-            if !was_begun && !vehicle.flying {
+            if self.mission.started_s.is_none() && !vehicle.flying {
                 // Nothing was planned in the frame before.
-                self.control.frame = Some(Frame { epoch, origin });
+                self.control.frame = Some(present);
             } else if is_same != Some(true) {
                 let origins = match is_same {
                     Some(false) => "its origin is another place",
@@ -276,7 +261,8 @@ impl World {
             return Err(format!("{why}; order an abort, which lands it where it is"));
         }
         self.lower(FRAME_MOVED);
-        self.control.frame = self.seen.vehicle.map(|it| Frame { epoch: it.frame_epoch, origin: it.origin });
+        let present = self.seen.vehicle.map(|it| Frame { epoch: it.frame_epoch, origin: it.origin });
+        self.control.frame = present.map(|it| Known::live(it, self.now.time));
         Ok(true)
     }
 

@@ -5,13 +5,8 @@ use super::World;
 /// Why an order to start or resume is refused.
 pub(super) const INSPECT_FIRST: &str = "the vehicle has crashed: inspect it, then order `inspected`";
 
-/// The last crash of the vehicle.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Crash {
-    pub(super) why: String,
-    /// An operator has said that the vehicle was inspected. It has not flown since.
-    pub(super) is_inspected: bool,
-}
+/// The last crash of the vehicle. Inspected: an operator has said so, and it has not flown since.
+pub(super) type Crash = kittiwake_proto::v1::StoredCrash;
 
 impl World {
     /// The vehicle has crashed.
@@ -31,7 +26,7 @@ impl World {
 
     /// Whether nothing starts because of a crash: it is inspected first, and started by an operator then.
     pub(super) fn may_not_start_after_crash(&self) -> bool {
-        self.landings.crash.as_ref().is_some_and(|it| !it.is_inspected || !self.people.operator.has_started())
+        self.landings.crash.as_ref().is_some_and(|it| !it.is_inspected || !self.people.operator.has_started)
     }
 
     /// An operator says that the vehicle was inspected and may fly.

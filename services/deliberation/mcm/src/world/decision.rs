@@ -89,12 +89,12 @@ impl World {
 
     /// How far the mission has come.
     fn mission_progress(&self) -> Progress {
-        let Mission { over, report, started_s, .. } = &self.mission;
-        let stage = match (over, report, started_s) {
-            (_, Some(_), _) => Stage::Reported,
-            (Some(_), None, _) => Stage::Ending,
-            (None, None, Some(_)) => Stage::Begun,
-            (None, None, None) => Stage::Before,
+        let Mission { over, started_s, .. } = &self.mission;
+        let stage = match (over, started_s) {
+            (Some(over), _) if over.report.is_some() => Stage::Reported,
+            (Some(_), _) => Stage::Ending,
+            (None, Some(_)) => Stage::Begun,
+            (None, None) => Stage::Before,
         };
         Progress { stage, plan: self.plan_stage(), order: self.awaited_order() }
     }
@@ -124,8 +124,8 @@ impl World {
     fn raised(&self) -> impl Iterator<Item = Raised> {
         self.flags.up().map(move |(row, flag)| Raised {
             row,
-            overrides: self.people.operator.overrides(self.flags.name(row)),
-            is_overridden: flag.overridden(),
+            overrides: flag.overrides,
+            is_overridden: flag.overridden,
             under_way: self.answer.response.as_ref().filter(|it| it.row == row).map(|it| self.severity(it)),
         })
     }

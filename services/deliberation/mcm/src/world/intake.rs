@@ -75,15 +75,12 @@ impl World {
                 let tower_start = ledger.tower_start;
                 let is_whole = ledger.after_area.is_empty() && ledger.through_area.is_empty();
                 let ledger: Vec<Permission> = permission::ledger(ledger)?;
-                if self.permissions.on_tower(now, tower_start) {
+                if self.permissions.on_tower(now, tower_start, is_whole) {
                     self.watch.airspace.invalidate();
                     self.say("permission", "the control tower was started again".to_owned());
                 }
                 let pace = self.setup.limits.pace;
                 let Taken { decided, refused, to_ask } = self.permissions.on_ledger(self.now, pace, ledger);
-                if is_whole {
-                    self.permissions.on_whole_ledger();
-                }
                 for decided in decided {
                     self.watch.airspace.invalidate();
                     let said = Said::new("permission", DecisionKind::PermissionDecided, decided.to_string());

@@ -3,6 +3,7 @@
 
 use domain::contingency::{MEMORY_UNUSABLE, MEMORY_UNWRITABLE};
 use domain::memory::{MemoryHealth, MemoryLoss};
+use domain::trust::{Doubt, Known, Source};
 
 use super::{SELF, World};
 use crate::clients::planner::FlownMission;
@@ -10,38 +11,21 @@ use crate::clients::planner::FlownMission;
 /// The manager's memory.
 #[derive(Debug, Default)]
 pub(super) struct Memory {
-    health: MemoryHealth,
-    /// Whether there was a memory, or a loss of one, when the vehicle was first seen, or an operator has decided without one.
-    is_known: bool,
+    pub(super) health: MemoryHealth,
     /// It is of a flight with another mission file, and no operator has decided since, nor was the vehicle seen on the ground: the identity of
     /// that one, and the mission of the present file.
-    of_another: Option<(String, FlownMission)>,
+    pub(super) of_another: Option<(String, FlownMission)>,
 }
 
 impl Memory {
-    /// Its persisted part.
-    pub(super) fn restored(loss: Option<MemoryLoss>) -> Memory {
-        Memory { health: MemoryHealth { loss, failing: None }, is_known: true, of_another: None }
-    }
-
-    /// The same of a flight with the mission file `flown`, and not with the present one.
-    pub(super) fn of_another_mission(loss: MemoryLoss, flown: String, of_file: FlownMission) -> Memory {
-        Memory { of_another: Some((flown, of_file)), ..Memory::restored(Some(loss)) }
-    }
-
-    /// The identity of the mission file that is flown by, if it is not the present one.
-    pub(super) fn flown_file(&self) -> Option<&str> {
-        self.of_another.as_ref().map(|(flown, _)| flown.as_str())
-    }
-
-    /// How it is.
-    pub(super) fn health(&self) -> &MemoryHealth {
-        &self.health
-    }
-
     /// What is lost waits for an operator.
     pub(super) fn is_lost(&self) -> bool {
         self.health.loss.is_some()
+    }
+
+    /// Where the mission is from, with its progress and orders: what the manager has decided itself is as good after a restart as before.
+    pub(super) fn source(&self) -> Source {
+        if self.is_lost() { Source::Doubted(Doubt::StateLost) } else { Source::Live }
     }
 }
 
@@ -49,7 +33,6 @@ impl World {
     /// What a manager before has saved last is lost.
     pub(crate) fn memory_lost(&mut self, loss: MemoryLoss) {
         self.memory.health.loss = Some(loss);
-        self.memory.is_known = true;
         self.show_memory();
     }
 
@@ -59,13 +42,19 @@ impl World {
         self.show_memory();
     }
 
-    /// The vehicle is seen. One that is in the air at first sight was flown by somebody before: a manager that remembers nothing does not
-    /// know for what. Returns whether what is remembered is of another mission, and the vehicle stands.
+    /// The vehicle is seen. One that is in the air at first sight was flown by somebody before: a manager that remembers nothing, or
+    /// no mission that has begun, does not know for what. Returns whether what is remembered is of another mission, and the vehicle stands.
     pub(super) fn remembers_flight(&mut self) -> bool {
-        let is_known = std::mem::replace(&mut self.memory.is_known, true);
-        if !is_known && self.is_flying() {
-            let why = "there is none, but the vehicle is in the air".to_owned();
-            self.memory_lost(MemoryLoss { id: self.planner.instance().max(1), why });
+        let has_begun = self.people.operator.has_started || self.mission.started_s.is_some() || self.over().is_some();
+        let why = match self.seen.flies {
+            None => Some("there is none, but the vehicle is in the air"),
+            Some(it) if !it.is_live() && !has_begun => {
+                Some("by it no mission has begun, but the vehicle is in the air")
+            }
+            Some(_) => None,
+        };
+        if let Some(why) = why.filter(|_| !self.memory.is_lost() && self.is_flying()) {
+            self.memory_lost(MemoryLoss { id: self.planner.instance().max(1), why: why.to_owned() });
         }
         let is_over = self.memory.of_another.is_some() && !self.is_flying();
         if is_over {
@@ -83,7 +72,8 @@ impl World {
             return Err(format!("what happens could not be remembered: {why}; make it writable, then start"));
         }
         self.memory.health.loss = None;
-        self.memory.is_known = true;
+        // Nor is it a loss if a vehicle that was not seen yet turns out to fly.
+        self.seen.flies.get_or_insert(Known::live(false, self.now.time));
         self.take_mission_of_file();
         self.show_memory();
         Ok(())

@@ -71,7 +71,7 @@ impl World {
             basis: Some(basis.into()),
             request: Some(request.clone()),
             ends: self.ending().unwrap_or_default(),
-            is_flown: self.mission.report.is_none() && !next_waits,
+            is_flown: self.report().is_none() && !next_waits,
             next_waits,
         };
         self.people.requests.last += 1;
@@ -118,9 +118,10 @@ impl World {
         let v1::EditReply { mission, notes, areas, voids_plan, .. } = edited;
         let Some(course) = course(mission, notes)? else { return Ok(()) };
         let areas = areas.map(MissionAreas::decode).transpose()?;
-        let is_another = voids_plan && self.mission.report.is_some();
         self.planner.on_change(course, areas, flown, voids_plan);
-        self.mission.is_next_uploaded |= is_another;
+        if let Some(over) = self.mission.over.as_mut().filter(|it| voids_plan && it.report.is_some()) {
+            over.is_next_uploaded = true;
+        }
         self.watch.airspace.invalidate();
         Ok(())
     }

@@ -15,6 +15,7 @@ use domain::geometry::Ned;
 use domain::mission::{MissionOutcome, MissionReport};
 use domain::mission_clock::MissionClock;
 use domain::time::{Now, Time};
+use domain::trust::Known;
 use kittiwake_proto::topics::{Message, Response};
 use kittiwake_proto::v1;
 use node::{Effect, Token};
@@ -70,7 +71,6 @@ use control::Control;
 pub(crate) use control::OF_ITS_OWN;
 use crash::Crash;
 use decision::Decided;
-use ground::UnplannedLanding;
 use memory::Memory;
 use mission_requests::MissionRequests;
 pub(crate) use narrowing::{Barrier, NarrowedGoal};
@@ -134,13 +134,11 @@ struct Seen {
     confirmed: ConfirmedState,
     /// What the flight takes against the vehicle's figures.
     consumption: Consumption,
-    /// Whether it was in the air when it was known last, also before a restart.
-    was_flying: bool,
+    /// Whether it flies; `None` before it is seen, if nothing was restored.
+    flies: Option<Known<bool>>,
     /// Since when it is on the ground, with its motors on and with its motors off.
     armed_on_ground_since: Option<Time>,
     at_rest_since: Option<Time>,
-    /// Since when it is known to fly.
-    flies_since: Option<Time>,
 }
 
 /// What is watched while it flies.
@@ -173,11 +171,10 @@ struct Answer {
 struct Landings {
     /// Where the vehicle was when a flag rose that forbids to land there.
     no_landing_at: Option<Ned>,
-    /// What was flown before a restart was the landing of a step, which began here over the ground.
-    landed_by_plan: Option<Ned>,
-    /// The landing of a step that is flown began here.
-    landing_from: Option<Ned>,
-    unplanned_landing: Option<UnplannedLanding>,
+    /// The landing of a step is flown that began here over the ground; restored: it was flown when the previous process ended.
+    by_plan: Option<Known<Ned>>,
+    /// The vehicle has landed where no plan wanted it to, for this reason: the mission goes on only when an operator resumes it.
+    unplanned: Option<Known<String>>,
     crash: Option<Crash>,
     /// Where landings have failed.
     blocked_sites: Vec<Ned>,
@@ -204,10 +201,7 @@ struct Mission {
     over: Option<Over>,
     /// Mission time when the first plan was asked for, also by the process before a restart.
     started_s: Option<f64>,
-    report: Option<MissionReport>,
     vehicle_name: String,
-    /// It has ended, and another one was uploaded since, which can be begun.
-    is_next_uploaded: bool,
     /// It is another flight's, and the tree has not begun again for it yet.
     begins_again: bool,
     /// What it tells of the time since the mission was begun.
@@ -219,6 +213,10 @@ struct Mission {
 struct Over {
     outcome: MissionOutcome,
     reason: String,
+    /// `None` until it is made.
+    report: Option<MissionReport>,
+    /// Another mission was uploaded since, which can be begun.
+    is_next_uploaded: bool,
 }
 
 impl World {
@@ -239,10 +237,9 @@ impl World {
                 flight: FlightJudge::new(limits.pace),
                 confirmed: ConfirmedState::default(),
                 consumption: Consumption::default(),
-                was_flying: false,
+                flies: None,
                 armed_on_ground_since: None,
                 at_rest_since: None,
-                flies_since: None,
             },
             setup: Setup { limits, table: Arc::new(table), library },
             monitor: Monitor::default(),
@@ -316,7 +313,12 @@ impl World {
 
     /// Whether the vehicle flies, or has not been heard since a restart and flew before.
     pub(crate) fn may_fly(&self) -> bool {
-        self.seen.vehicle.map_or(self.seen.was_flying, |it| it.flying)
+        self.seen.vehicle.map_or(self.was_flying(), |it| it.flying)
+    }
+
+    /// Whether the vehicle was in the air when it was looked at last, also before a restart.
+    fn was_flying(&self) -> bool {
+        self.seen.flies.is_some_and(|it| it.value)
     }
 
     /// Whether the vehicle is known to stand on the ground.
@@ -336,9 +338,14 @@ impl World {
         if is_crash {
             self.note_crash(&reason);
         }
-        if self.mission.over.is_none() || (is_crash && self.mission.report.is_none()) {
-            self.mission.over = Some(Over { outcome, reason });
+        if self.mission.over.is_none() || (is_crash && self.report().is_none()) {
+            self.mission.over = Some(Over { outcome, reason, report: None, is_next_uploaded: false });
         }
+    }
+
+    /// The report, once it is made.
+    fn report(&self) -> Option<&MissionReport> {
+        self.mission.over.as_ref()?.report.as_ref()
     }
 
     /// Publishes the decisions of this wake.

@@ -5,6 +5,7 @@
 //! vehicle and of the numbers of the tower's decisions stays. A vehicle that has crashed begins nothing: it is inspected first.
 
 use domain::contingency::{MEMORY_UNUSABLE, MEMORY_UNWRITABLE};
+use domain::trust::Known;
 
 use super::orders::{self, Operator};
 use super::{Mission, SELF, World};
@@ -14,7 +15,7 @@ impl World {
     pub(super) fn begin_next_flight(&mut self) -> Result<String, String> {
         self.refuse_if_over().or_else(|over| match self.why_not_to_begin() {
             // Not before the report: the end is still under way.
-            None if self.mission.report.is_some() => Ok(()),
+            None if self.report().is_some() => Ok(()),
             None => Err(over),
             Some(why) => Err(format!("{over}; {why}")),
         })?;
@@ -41,7 +42,7 @@ impl World {
         }
         self.begin_anew();
         self.restore_taking(false);
-        self.landings.landed_by_plan = None;
+        self.landings.by_plan = None;
     }
 
     /// Nothing has begun, ended or been ordered yet; the frame is that of now, and its time begins.
@@ -49,17 +50,18 @@ impl World {
         let Mission { vehicle_name, clock, .. } = std::mem::take(&mut self.mission);
         self.mission = Mission { vehicle_name, clock, ..Mission::default() };
         self.people.operator = Operator::of_next_flight(std::mem::take(&mut self.people.operator));
-        self.forget_frame();
+        self.restore_frame(None);
         self.permissions.begin_flight();
-        (self.landings.unplanned_landing, self.seen.was_flying) = (None, false);
+        self.landings.unplanned = None;
+        self.seen.flies = Some(Known::live(false, self.now.time));
         self.mission.clock.begin(self.now);
     }
 
     /// Flags that are up by orders, or by the manager itself, and belong to a flight that is over. Those that the monitor raises stay for
     /// as long as their condition holds.
     fn flags_of_the_last_flight(&self) -> Vec<String> {
-        let is_own = |source: &str| [orders::SOURCE, SELF].contains(&source);
-        let of_flight = self.flags.iter().filter(|(_, flag)| flag.sources().all(is_own));
+        let is_own = |source: &String| [orders::SOURCE, SELF].contains(&&**source);
+        let of_flight = self.flags.iter().filter(|(_, flag)| flag.sources.iter().all(is_own));
         of_flight.map(|(name, _)| name.to_owned()).collect()
     }
 

@@ -117,10 +117,10 @@ impl World {
         if !(self.is_flying() && (self.is_paused() || is_left)) {
             self.refuse_if_over()?;
         }
-        if self.landings.unplanned_landing.is_some() {
+        if self.landings.unplanned.is_some() {
             // One order is enough, also where the vehicle touched down during a pause.
             if self.is_paused() {
-                self.no_longer_ordered(PAUSE);
+                self.flags.take_back(PAUSE);
             }
             return self.start(by);
         }
@@ -139,7 +139,7 @@ impl World {
         self.accept_loss()?;
         self.take_control_back(by);
         if self.is_paused() {
-            self.no_longer_ordered(PAUSE);
+            self.flags.take_back(PAUSE);
         }
         let is_over = |row: &usize| {
             let holds = self.flags.get(self.flags.name(*row)).is_some_and(|it| it.holds());
@@ -172,7 +172,7 @@ impl World {
     /// `to` or not. It does not fly there, since an operator who wants it on the ground must never see it lift off.
     fn stay_down(&mut self, here: Ned, to: Ned, order: Order) -> Outcome {
         self.refuse_if_over()?;
-        if self.landings.unplanned_landing.is_none() {
+        if self.landings.unplanned.is_none() {
             self.refuse_if_not_under_way()?;
         }
         if matches!(self.skills.present(), Some((Goal::Takeoff { .. }, _))) {
@@ -254,7 +254,7 @@ impl World {
 
     fn acknowledge(&mut self, flag: &str, by: &str) -> Outcome {
         let Some(raised) = self.flags.get(flag) else { return Err(format!("`{flag}` is not up")) };
-        if let Some(other) = raised.acknowledged_by() {
+        if let Some(other) = &raised.acknowledged_by {
             return Err(format!("{other} has acknowledged `{flag}` already"));
         }
         self.flags.acknowledge(flag, by);
@@ -284,7 +284,7 @@ impl World {
             return Err(format!("the contingency table has no row `{flag}`"));
         };
         let is_up = self.flags.get(flag).is_some_and(|it| it.holds());
-        let overrides_already = self.people.operator.overrides(flag);
+        let overrides_already = self.flags.overrides(row);
         let takes_back = self.take_control_back(order.by);
         for other in ORDERS {
             if other != flag && self.flags.is_up(other) {
@@ -296,8 +296,7 @@ impl World {
         self.raise(flag, SOURCE, format!("ordered by {}", order.by));
         let without_override = self.next_responder().filter(|it| *it != row);
         if order.overrides {
-            self.people.operator.overriding = Some(flag.to_owned());
-            self.flags.override_all();
+            self.flags.override_all(row);
         }
         let first = self.next_responder().filter(|it| *it != row);
         if let (Some(other), None) = (without_override, first) {
@@ -338,15 +337,6 @@ impl World {
     fn what_it_does(&self, row: usize) -> String {
         let row = &self.setup.table.rows()[row];
         format!("`{}` ({})", row.flag, row.response())
-    }
-
-    /// `flag` is no longer ordered by anybody.
-    fn no_longer_ordered(&mut self, flag: &str) {
-        let raised = self.flags.get(flag).map(|it| it.sources().map(str::to_owned).collect::<Vec<_>>());
-        for source in raised.into_iter().flatten() {
-            self.flags.condition_gone(flag, &source);
-        }
-        self.people.operator.no_longer_overrides(flag);
     }
 
     pub(super) fn refuse_if_over(&self) -> Result<(), String> {

@@ -7,19 +7,20 @@
 use domain::contingency::AUTOPILOT_PREEMPTS;
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
-use domain::memory::MemoryLoss;
+use domain::memory::{MemoryHealth, MemoryLoss};
 use domain::mission::{MissionOutcome, MissionReport};
 use domain::mission_clock::MissionClock;
+use domain::trust::Known;
 use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
 
 use super::control::Frame;
-use super::crash::Crash;
 use super::memory::Memory;
 use super::news::{MONITOR, Told};
 use super::orders::{self, Operator};
-use super::{Over, SELF, UnplannedLanding, World};
+use super::{Over, SELF, World};
 use crate::clients::planner::FlownMission;
+use crate::flags::Flag;
 use crate::journal::{CONTINGENCY, Cause, Said};
 
 /// Why a persisted state cannot be used.
@@ -36,59 +37,38 @@ pub enum UnusableState {
 impl World {
     /// The state of this manager, which was started with the mission of identity `configured`.
     pub(crate) fn persist(&self, configured: &str) -> v1::McmMemory {
-        let mut memory = v1::McmMemory {
-            configured: self.memory.flown_file().unwrap_or(configured).to_owned(),
-            started: self.people.operator.has_started(),
-            landing_site: self.people.operator.landing_site().map(Into::into),
-            overriding: self.people.operator.overriding().unwrap_or_default().to_owned(),
-            flags: self.flags_to_remember(),
-            loss: self.memory.health().loss.clone().map(Into::into),
+        v1::McmMemory {
+            configured: self.memory.of_another.as_ref().map_or(configured, |(flown, _)| flown).to_owned(),
+            mission: Some(self.planner.mission().stored()),
+            orders: Some(v1::StoredOrders {
+                started: self.people.operator.has_started,
+                landing_site: self.people.operator.landing_site.map(Into::into),
+                takes_control: self.sending().takes_control,
+            }),
+            flags: self.flags.iter().map(stored_flag).collect(),
+            end: self.mission.over.as_ref().map(Into::into),
+            flight: Some(self.stored_flight()),
+            clock: Some(v1::StoredClock {
+                began_utc_ms: self.mission.clock.began_utc_ms(),
+                set_by_ms: self.mission.clock.set_by_ms(),
+                started_s: self.mission.started_s,
+            }),
+            loss: self.memory.health.loss.clone().map(Into::into),
             decisions: self.permissions.stored(),
             decision_numbers: self.out.journal.ceiling(),
-            tower_start: self.permissions.tower_start(),
-            flight: self.permissions.flight().to_owned(),
-            planned_for: self.planner.planned_for(),
-            ..self.flight_to_remember()
-        };
-        self.planner.mission().persist(&mut memory);
-        memory
+            crash: self.landings.crash.clone(),
+        }
     }
 
-    fn flags_to_remember(&self) -> Vec<v1::RememberedFlag> {
-        let remembered = |(name, flag): (&str, &crate::flags::Flag)| v1::RememberedFlag {
-            name: name.to_owned(),
-            reason: flag.reason().to_owned(),
-            sources: flag.sources().map(str::to_owned).collect(),
-            acknowledged_by: flag.acknowledged_by().unwrap_or_default().to_owned(),
-            overridden: flag.overridden(),
-        };
-        self.flags.iter().map(remembered).collect()
-    }
-
-    fn flight_to_remember(&self) -> v1::McmMemory {
-        let (outcome, reason) = match self.mission.over.clone() {
-            Some(over) => (over.outcome.into(), over.reason),
-            None => (v1::MissionOutcome::Unspecified, String::new()),
-        };
-        let crash = self.landings.crash.as_ref();
-        v1::McmMemory {
-            outcome: outcome as i32,
-            reason,
-            report: self.mission.report.clone().map(Into::into),
-            is_next: self.mission.is_next_uploaded,
-            began_utc_ms: self.mission.clock.began_utc_ms(),
-            clock_set_by_ms: self.mission.clock.set_by_ms(),
-            started_s: self.mission.started_s,
-            unplanned_landing: self.landings.unplanned_landing.as_ref().map(|it| it.why.clone()).unwrap_or_default(),
-            crash: crash.map(|it| it.why.clone()).unwrap_or_default(),
-            is_crash_inspected: crash.is_some_and(|it| it.is_inspected),
-            flying: self.seen.was_flying,
-            lands_by_plan: self.seen.was_flying && self.landing_by_plan().is_some(),
-            lands_at: self.landing_by_plan().filter(|_| self.seen.was_flying).map(Into::into),
+    fn stored_flight(&self) -> v1::StoredFlight {
+        let in_air = self.was_flying();
+        v1::StoredFlight {
+            name: self.permissions.flight().to_owned(),
+            in_air,
+            lands_at: self.landings.by_plan.filter(|_| in_air).map(|it| it.value.into()),
             frame: self.mission_frame().map(Into::into),
-            takes_control: self.takes_control(),
+            unplanned_landing: self.landings.unplanned.as_ref().map(|it| it.value.clone()).unwrap_or_default(),
             told: Some(v1::ToldByMonitor { flight_s: 0.0, ..self.monitor.told.to_wire(self.now.time) }),
-            ..v1::McmMemory::default()
         }
     }
 
@@ -98,94 +78,104 @@ impl World {
     ///
     /// # Errors
     /// Why the rest of the state cannot be used; nothing else is changed then.
-    pub(crate) fn resume(&mut self, configured: &str, mut memory: v1::McmMemory) -> Result<(), UnusableState> {
-        let grants = self.permissions.restore(&memory.decisions, memory.tower_start);
+    pub(crate) fn resume(&mut self, configured: &str, memory: v1::McmMemory) -> Result<(), UnusableState> {
+        let grants = self.permissions.restore(memory.decisions);
         self.out.journal.number_above(memory.decision_numbers);
-        let (why, is_inspected) = (std::mem::take(&mut memory.crash), memory.is_crash_inspected);
-        self.landings.crash = (!why.is_empty()).then_some(Crash { why, is_inspected });
+        self.landings.crash = memory.crash;
+        let (flight, clock) = (memory.flight.unwrap_or_default(), memory.clock.unwrap_or_default());
         let is_of_another = memory.configured != configured;
-        if is_of_another && !(memory.flying && memory.report.is_none()) {
+        if is_of_another && !(flight.in_air && memory.end.as_ref().is_none_or(|it| it.report.is_none())) {
             return Err(UnusableState::OfAnotherMission);
         }
         grants?;
-        let mission = FlownMission::restored(&mut memory)?;
-        let frame = memory.frame.map(Frame::try_from).transpose()?;
-        let landing_site = memory.landing_site.map(Ned::try_from).transpose()?;
-        let lands_at = memory.lands_at.map(Ned::try_from).transpose()?;
-        let outcome = match memory.outcome() {
-            v1::MissionOutcome::Unspecified => None,
-            outcome => Some(MissionOutcome::try_from(outcome)?),
-        };
-        let report = memory.report.take().map(MissionReport::try_from).transpose()?;
-        let overriding = Some(std::mem::take(&mut memory.overriding)).filter(|it| !it.is_empty());
-        self.permissions.go_on_with(std::mem::take(&mut memory.flight));
-        self.restore_frame(frame);
+        let mission = FlownMission::try_from(memory.mission.ok_or(InvalidMessage::Missing("mission"))?)?;
+        let over = memory.end.map(Over::try_from).transpose()?;
+        let orders = memory.orders.unwrap_or_default();
+        let operator = Operator::try_from(&orders)?;
+        self.resume_flight(flight)?;
+        self.people.operator = operator;
+        self.restore_taking(orders.takes_control);
+        self.mission.over = over;
+        self.mission.clock = MissionClock::resumed(clock.began_utc_ms, clock.set_by_ms);
+        self.mission.started_s = clock.started_s.filter(|it| it.is_finite());
+        memory.flags.into_iter().for_each(|it| self.restore_flag(it));
         let of_file = std::mem::replace(self.planner.mission_mut(), mission);
-        if !is_of_another {
-            self.planner.restore_planned_for(memory.planned_for);
-        }
-        self.people.operator = Operator::restored(memory.started, landing_site, overriding);
-        let over = outcome.map(|outcome| Over { outcome, reason: std::mem::take(&mut memory.reason) });
-        self.resume_flight(&memory, over, report, lands_at);
-        for flag in memory.flags {
-            self.restore_flag(flag);
-        }
-        self.restore_taking(memory.takes_control);
-        self.memory = match is_of_another {
-            false => Memory::restored(memory.loss.map(Into::into)),
-            true => {
-                let why = "the mission file was changed while the vehicle flew".to_owned();
-                let loss = MemoryLoss { id: memory.decision_numbers.max(1), why };
-                Memory::of_another_mission(loss, memory.configured, of_file)
-            }
-        };
+        let changed = "the mission file was changed while the vehicle flew".to_owned();
+        let change = MemoryLoss { id: memory.decision_numbers.max(1), why: changed };
+        let loss = Some(change).filter(|_| is_of_another).or(memory.loss.map(Into::into));
+        let of_another = is_of_another.then_some((memory.configured, of_file));
+        self.memory = Memory { health: MemoryHealth { loss, failing: None }, of_another };
         self.show_memory();
         Ok(())
     }
 
-    fn resume_flight(
-        &mut self,
-        memory: &v1::McmMemory,
-        over: Option<Over>,
-        report: Option<MissionReport>,
-        lands_at: Option<Ned>,
-    ) {
-        self.seen.was_flying = memory.flying;
-        self.landings.landed_by_plan = lands_at.filter(|_| memory.lands_by_plan);
-        let why = Some(memory.unplanned_landing.clone()).filter(|it| !it.is_empty());
-        self.landings.unplanned_landing = why.map(|why| UnplannedLanding { since: self.now.time, why });
-        self.monitor.told = Told::remembered(memory.told.unwrap_or_default());
-        self.mission.clock = MissionClock::resumed(memory.began_utc_ms, memory.clock_set_by_ms);
-        self.mission.started_s = memory.started_s.filter(|it| it.is_finite());
-        if over.is_some() {
-            (self.mission.over, self.mission.report) = (over, report);
-            self.mission.is_next_uploaded = memory.is_next;
-        }
+    fn resume_flight(&mut self, flight: v1::StoredFlight) -> Result<(), InvalidMessage> {
+        let frame = flight.frame.map(Frame::try_from).transpose()?;
+        let lands_at = flight.lands_at.map(Ned::try_from).transpose()?;
+        self.permissions.go_on_with(flight.name);
+        self.restore_frame(frame);
+        self.seen.flies = Some(Known::restored(flight.in_air));
+        self.landings.by_plan = lands_at.map(Known::restored);
+        let why = Some(flight.unplanned_landing).filter(|it| !it.is_empty());
+        self.landings.unplanned = why.map(Known::restored);
+        self.monitor.told = Told::remembered(flight.told.unwrap_or_default());
+        Ok(())
     }
 
     /// A flag that the monitor had raised, or that was injected, is up until an introspection says otherwise.
-    fn restore_flag(&mut self, mut flag: v1::RememberedFlag) {
-        let Some(row) = self.flags.number(&flag.name) else {
-            let text = format!("flag `{}` has no row in the table any more: not acted on", flag.name);
+    fn restore_flag(&mut self, flag: v1::RememberedFlag) {
+        let v1::RememberedFlag { name, reason, mut sources, acknowledged_by, overridden, overrides } = flag;
+        let Some(row) = self.flags.number(&name) else {
+            let text = format!("flag `{name}` has no row in the table any more: not acted on");
             return self.say("contingency", text);
         };
         let own = |it: &String| [orders::SOURCE, SELF].contains(&it.as_str());
-        if flag.sources.iter().any(|it| !own(it)) {
-            flag.sources.retain(own);
-            flag.sources.push(MONITOR.to_owned());
-            self.monitor.news.of_monitor.expect(&flag.name);
+        if sources.iter().any(|it| !own(it)) {
+            sources.retain(own);
+            sources.push(MONITOR.to_owned());
+            self.monitor.news.of_monitor.expect(&name);
         }
-        let text = format!("flag `{}` is up since before the mission manager was started again", flag.name);
+        let text = format!("flag `{name}` is up since before the mission manager was started again");
         let said = Said::new(CONTINGENCY, DecisionKind::ContingencyRaised, text).about(row);
         self.record(said.led_to_by(Cause::Nothing));
-        let acknowledged_by = Some(flag.acknowledged_by).filter(|it| !it.is_empty());
-        if flag.name == AUTOPILOT_PREEMPTS {
+        if name == AUTOPILOT_PREEMPTS {
             // Once its reason has been judged, the status alone does not tell it any more.
             self.seen.flight.remember_pre_emption();
-            if flag.sources.iter().all(|it| it != SELF) {
-                flag.sources.push(SELF.to_owned());
+            if sources.iter().all(|it| it != SELF) {
+                sources.push(SELF.to_owned());
             }
         }
-        self.flags.restore(self.now.time, row, flag.reason, flag.sources, acknowledged_by, flag.overridden);
+        let acknowledged_by = Some(acknowledged_by).filter(|it| !it.is_empty());
+        let (since, measured) = (self.now.time, None);
+        self.flags.restore(row, Flag { since, reason, measured, sources, acknowledged_by, overridden, overrides });
+    }
+}
+
+fn stored_flag((name, flag): (&str, &Flag)) -> v1::RememberedFlag {
+    v1::RememberedFlag {
+        name: name.to_owned(),
+        reason: flag.reason.clone(),
+        sources: flag.sources.clone(),
+        acknowledged_by: flag.acknowledged_by.clone().unwrap_or_default(),
+        overridden: flag.overridden,
+        overrides: flag.overrides,
+    }
+}
+
+impl From<&Over> for v1::StoredEnd {
+    fn from(over: &Over) -> v1::StoredEnd {
+        let Over { outcome, reason, report, is_next_uploaded } = over.clone();
+        let outcome = v1::MissionOutcome::from(outcome) as i32;
+        v1::StoredEnd { outcome, reason, report: report.map(Into::into), is_next: is_next_uploaded }
+    }
+}
+
+impl TryFrom<v1::StoredEnd> for Over {
+    type Error = InvalidMessage;
+
+    fn try_from(end: v1::StoredEnd) -> Result<Over, InvalidMessage> {
+        let outcome = MissionOutcome::try_from(end.outcome())?;
+        let report = end.report.map(MissionReport::try_from).transpose()?;
+        Ok(Over { outcome, reason: end.reason, report, is_next_uploaded: end.is_next })
     }
 }

@@ -65,7 +65,7 @@ impl World {
         let on_ground = self.planner.status().objectives.iter().filter(|it| !it.objective.flying);
         let of_mission = self.mission_sites().iter().map(|it| it.position);
         let of_mission = of_mission.chain(on_ground.map(|it| it.objective.position));
-        [Ned::default()].into_iter().chain(self.people.operator.landing_site()).chain(of_mission)
+        [Ned::default()].into_iter().chain(self.people.operator.landing_site).chain(of_mission)
     }
 
     /// The sites of the mission.
@@ -76,6 +76,6 @@ impl World {
 
     /// The operator's landing site.
     pub(crate) fn landing_site(&self) -> Option<Ned> {
-        self.people.operator.landing_site()
+        self.people.operator.landing_site
     }
 }

@@ -5,6 +5,7 @@ use domain::geometry::Ned;
 use domain::skill::Goal;
 use domain::speeds::Speeds;
 use domain::time::Time;
+use domain::trust::To;
 use kittiwake_proto::v1;
 
 use super::World;
@@ -68,7 +69,7 @@ impl World {
         }
         let now = self.now.time;
         let since = |before: Option<Time>, holds: bool| holds.then(|| before.unwrap_or(now));
-        let waits_for_operator = self.is_flying() && (self.is_paused() || self.memory.is_lost());
+        let waits_for_operator = self.is_flying() && (self.is_paused() || !self.memory.source().permits(To::Plan));
         let Decision { activity, wait, .. } = *self.decision();
         let lacks_a_way = wait.is_some_and(|it| matches!(it.what, Awaited::Answer | Awaited::Retry | Awaited::Vehicle));
         let waits_for_plan = self.is_flying()

@@ -109,7 +109,7 @@ impl World {
             Passed::OutOfPhase(phase)
         } else if passed.severity() < begun.severity() {
             Passed::LessSevere
-        } else if self.people.operator.overrides(self.flags.name(row)) && passed.may_be_overridden() {
+        } else if self.flags.overrides(row) && passed.may_be_overridden() {
             Passed::Overridden
         } else if passed.label == Label::Comfort && begun.label != Label::Comfort {
             Passed::Optional
@@ -288,7 +288,7 @@ impl World {
     fn flag_answered(&mut self, name: &str) {
         let (Some(number), Some(flag)) = (self.flags.number(name), self.flags.get(name)) else { return };
         let then = self.setup.table.rows()[number].then;
-        let reason = format!("`{name}`: {}{}", flag.reason(), self.where_it_came_down(number));
+        let reason = format!("`{name}`: {}{}", flag.reason, self.where_it_came_down(number));
         self.lower(name);
         match then {
             Then::Resume => {}
@@ -315,7 +315,6 @@ impl World {
     /// Takes a flag down, independent of its row.
     pub(super) fn lower(&mut self, name: &str) {
         self.flags.lower(name);
-        self.people.operator.no_longer_overrides(name);
         self.answer.response = self.answer.response.take().filter(|it| &**self.flags.name(it.row) != name);
     }
 

@@ -28,7 +28,7 @@ impl World {
     /// Whether the vehicle stands with its motors on in the takeoff mode, and must not take off before an operator says so.
     pub(super) fn is_about_to_lift_off(&self) -> bool {
         let takes_off = |it: &Vehicle| !it.flying && it.armed && it.mode == Some(FlightMode::Takeoff);
-        self.landings.unplanned_landing.is_some() && self.seen.vehicle.as_ref().is_some_and(takes_off)
+        self.landings.unplanned.is_some() && self.seen.vehicle.as_ref().is_some_and(takes_off)
     }
 
     /// A landing touches the ground: it is flown to its end, whatever else is to be flown.
@@ -51,7 +51,7 @@ impl World {
     /// must not lift off.
     pub(crate) fn lands_where_it_is(&self) -> bool {
         let may_stand = self.seen.vehicle.is_some_and(|it| it.flying && it.may_have_drifted);
-        self.is_near_ground() || (self.mission.report.is_some() && may_stand)
+        self.is_near_ground() || (self.report().is_some() && may_stand)
     }
 
     /// The phase of the flight. An unknown vehicle counts as in the air, on its way.
@@ -77,7 +77,7 @@ impl World {
             None if self.looks_first_until().is_some() => (Seen::NotYet, false, false),
             None => (Seen::Never, false, false),
             Some(it) if it.flying => (Seen::InAir, it.near_ground, skill_lands()),
-            Some(_) => (Seen::OnGround, false, self.landings.unplanned_landing.is_none() && step_lands()),
+            Some(_) => (Seen::OnGround, false, self.landings.unplanned.is_none() && step_lands()),
         };
         Situation::of(Sight { seen, near_ground, lands, over: self.mission.over.is_some() })
     }

@@ -95,15 +95,15 @@ impl Reporter {
 impl World {
     /// Makes the mission report, once.
     pub(crate) fn make_report(&mut self) {
-        if self.mission.report.is_some() {
+        let Some(over) = &mut self.mission.over else { return };
+        if over.report.is_some() {
             return;
         }
-        let Some(over) = self.mission.over.clone() else { return };
         let now_s = self.mission.clock.seconds(self.now.time.as_secs_f64());
         let objectives = self.planner.status().objectives.iter();
-        self.mission.report = Some(MissionReport {
+        over.report = Some(MissionReport {
             outcome: over.outcome,
-            reason: over.reason,
+            reason: over.reason.clone(),
             vehicle: self.mission.vehicle_name.clone(),
             duration_s: self.mission.started_s.map_or(0.0, |it| (now_s - it).max(0.0)),
             objectives: objectives.map(objective).collect(),
@@ -117,11 +117,11 @@ impl World {
             step: self.planner.step().map_or(0, |(step, ..)| step.id.0),
             flags: self.flags.rows_up().collect(),
             in_transition: self.answer.in_transition,
-            reported: self.mission.report.is_some(),
+            reported: self.report().is_some(),
             start_awaited: decision.wait.is_some_and(Wait::is_for_start),
             paused: self.is_paused(),
             proposed: self.planner.request().proposal().map(|(plan, _)| plan.revision),
-            acknowledged: self.flags.iter().filter(|(_, flag)| flag.acknowledged_by().is_some()).count(),
+            acknowledged: self.flags.iter().filter(|(_, flag)| flag.acknowledged_by.is_some()).count(),
             uninspected_crash: self.uninspected_crash().unwrap_or_default().to_owned(),
         }
     }
@@ -149,12 +149,12 @@ impl World {
             contingencies: self.active_contingencies(),
             acting: self.acting(headline.activity),
             tree_status: tree.status().word().to_owned(),
-            report: self.mission.report.clone().map(Into::into),
+            report: self.report().cloned().map(Into::into),
             in_transition: headline.in_transition,
             start_awaited: headline.start_awaited,
             paused: headline.paused,
             plan_approval,
-            memory: Some(self.memory.health().clone().into()),
+            memory: Some(self.memory.health.clone().into()),
             ends: self.ending().unwrap_or_default(),
             response_way: self.told_response_way(),
             alternates: self.told_alternates().iter().map(Into::into).collect(),
@@ -181,8 +181,8 @@ impl World {
             priority: row.priority,
             action: row.response(),
             since_s: age_s(flag, self.now.time),
-            reason: flag.reason().to_owned(),
-            acknowledged_by: flag.acknowledged_by().unwrap_or_default().to_owned(),
+            reason: flag.reason.clone(),
+            acknowledged_by: flag.acknowledged_by.clone().unwrap_or_default(),
             alarm: v1::Alarm::from(row.alarm_beside(|it| self.flags.is_up(it))).into(),
         })
         .collect()

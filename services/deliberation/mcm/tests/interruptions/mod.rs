@@ -311,6 +311,8 @@ fn inside_a(decision: u64) -> Rig {
         rig.say(v1::PermissionLedger { tower_start: 1, ..ledger(v1::PermissionState::Granted, 900.0, decision) });
     });
     rig.vehicle(true, Offboard, (0.0, 200.0, 10.0));
+    // What comes from now on is newer.
+    rig.wait(0.1);
     rig.story();
     rig
 }
@@ -332,6 +334,41 @@ fn another_tower_is_asked_once_again_for_what_the_vehicle_flies_in() {
     // It has lost everything: what was granted holds until it expires or is decided about.
     check(2, Vec::new(), "ask A");
     check(2, ledger(v1::PermissionState::Requested, 0.0, 0).permissions, "ask A");
+}
+
+/// The manager was restarted inside the area, perhaps twice, and the tower perhaps as well, which then knows nothing.
+#[test]
+fn after_a_restart_the_vehicle_stays_by_what_was_granted_and_asks_about_it() {
+    #[track_caller]
+    fn check(restarts: u32, tower_start: u64, permissions: Vec<v1::Permission>) {
+        let mut rig = inside_a(5);
+        for _ in 0..restarts {
+            rig = rig.started_again();
+        }
+        rig.vehicle(true, Loiter, (0.0, 200.0, 10.0));
+        rig.decisions.clear();
+        let mut story = String::new();
+        for _ in 0..40 {
+            rig.say(v1::PermissionLedger { tower_start, permissions: permissions.clone(), ..Default::default() });
+            rig.wait(0.2);
+            story += &rig.story();
+        }
+        assert_eq!((story.matches("ask A").count(), rig.status().contingencies), (1, Vec::new()), "{story}");
+        let said = |it: &&String| it.contains("asking for area A") && it.contains("granted before the start");
+        assert_eq!(rig.decisions.iter().filter(said).count(), 1, "{:?}", rig.decisions);
+        // Only a new decision is enough to go on by.
+        let grant = ledger(v1::PermissionState::Granted, 850.0, 6).permissions;
+        rig.say(v1::PermissionLedger { tower_start, permissions: grant, ..Default::default() });
+        rig.wait(20.0);
+        assert_eq!((rig.story().matches("ask A").count(), rig.status().contingencies), (0, Vec::new()));
+    }
+    let repeated = ledger(v1::PermissionState::Granted, 850.0, 5).permissions;
+    for restarts in [1, 2] {
+        for tower_start in [1, 2] {
+            check(restarts, tower_start, repeated.clone());
+            check(restarts, tower_start, Vec::new());
+        }
+    }
 }
 
 #[test]

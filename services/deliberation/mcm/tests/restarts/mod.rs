@@ -63,7 +63,7 @@ fn the_time_of_the_mission_goes_on() {
     let (rig, _) = under_way();
     let mut memory = rig.mcm.memory();
     // The mission was begun half a minute before the machine's clock shows zero, as it does in these stories.
-    memory.began_utc_ms = -30_000;
+    memory.clock.as_mut().unwrap().began_utc_ms = -30_000;
     let mut rig = crate::stories::rig::Rig::new();
     rig.mcm.resume(memory).unwrap();
     rig.wait(1.0);
@@ -140,11 +140,88 @@ fn a_crash_counts_in_every_mission_until_the_vehicle_was_inspected() {
     assert_eq!(rig.status().uninspected_crash, "`crashed`: by hand");
 }
 
+/// A process that dies before it has heard anything hands on what it was given.
+#[test]
+fn what_is_restored_is_stored_again() {
+    #[track_caller]
+    fn check(prepare: impl FnOnce(&mut Rig)) {
+        let (mut rig, _) = under_way();
+        prepare(&mut rig);
+        let memory = rig.mcm.memory();
+        let mut next = Rig::without_vehicle();
+        next.mcm.resume(memory.clone()).unwrap();
+        for acts in [false, true] {
+            if acts {
+                next.silence(0.0);
+            }
+            let again = next.mcm.memory();
+            let numbers = again.decision_numbers;
+            assert!(memory.decision_numbers <= numbers);
+            assert_eq!(v1::McmMemory { decision_numbers: numbers, ..memory.clone() }, again, "acts: {acts}");
+        }
+    }
+    check(|_| {});
+    check(|rig| {
+        rig.command(Verb::Abort(v1::AbortMission { overrides: true }));
+    });
+    check(|rig| {
+        rig.command(Verb::LandAt(v1::LandAt { position: Some(v1::Ned::default()), overrides: false }));
+    });
+    check(|rig| {
+        rig.flag("obstacle", true);
+        rig.command(Verb::Acknowledge(v1::AcknowledgeFlag { flag: "obstacle".into() }));
+    });
+    check(|rig| {
+        rig.vehicle(true, v1::FlightMode::Unspecified, (0.0, 50.0, 10.0));
+        rig.command(Verb::Return(v1::ReturnHome { overrides: false }));
+    });
+    check(|rig| {
+        // The landing of the plan.
+        rig.vehicle(true, Offboard, (0.0, 100.0, 10.0));
+        rig.end_present(Succeeded);
+        rig.execute();
+        rig.wait(0.1);
+        assert!(rig.mcm.memory().flight.is_some_and(|it| it.lands_at.is_some()));
+    });
+    check(|rig| rig.vehicle(false, Land, (0.0, 50.0, 0.0)));
+    check(|rig| {
+        rig.frame = (1, 60.0);
+        rig.wait(1.0);
+    });
+    check(|rig| {
+        rig.flag("crashed", true);
+        rig.vehicle(false, Land, (0.0, 50.0, 0.0));
+        rig.wait(5.0);
+        assert!(rig.mcm.memory().end.is_some_and(|it| it.report.is_some()));
+    });
+    let line = |decision, state: v1::PermissionState| v1::Permission {
+        area: format!("area {decision}"),
+        state: state as i32,
+        valid_for_s: 900.0,
+        decision,
+        ..Default::default()
+    };
+    check(|rig| {
+        let permissions = vec![line(1, v1::PermissionState::Granted), line(2, v1::PermissionState::Revoked)];
+        rig.say(v1::PermissionLedger { tower_start: 7, permissions, ..Default::default() });
+    });
+}
+
+/// By its memory the mission has not begun, and nobody knows for what the vehicle flies.
+#[test]
+fn a_mission_that_has_not_begun_does_not_begin_in_the_air() {
+    let mut rig = Rig::with(&[("start = \"at-once\"", "start = \"operator\"")]).started_again();
+    rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
+    rig.wait(5.0);
+    let story = rig.story();
+    assert!(!story.contains("replan"), "{story}");
+}
+
 #[test]
 fn of_a_state_that_cannot_be_used_only_the_numbers_of_decisions_go_on() {
     let mut memory = Rig::new().mcm.memory();
-    memory.outcome = v1::MissionOutcome::Success.into();
-    memory.landing_site = Some(v1::Ned { north_m: f64::NAN, ..Default::default() });
+    memory.end = Some(v1::StoredEnd { outcome: v1::MissionOutcome::Success.into(), ..Default::default() });
+    memory.orders.as_mut().unwrap().landing_site = Some(v1::Ned { north_m: f64::NAN, ..Default::default() });
     let mut rig = Rig::new();
     assert!(matches!(rig.mcm.resume(memory.clone()), Err(UnusableState::InvalidMessage(_))));
     memory.configured = "another".into();

@@ -87,7 +87,7 @@ fn where_the_mission_file_was_changed_in_flight_a_return_flies_round_the_areas_o
     let reply = rig.command(RESUME);
     assert!(reply.done, "{}", reply.text);
     let of_file = domain::mission::MissionAreas::of(&crate::stories::rig::mission().areas, &[]);
-    assert_eq!(rig.mcm.memory().mission_areas, *of_file.encoded());
+    assert_eq!(rig.mcm.memory().mission.unwrap().areas, *of_file.encoded());
 }
 
 #[test]
@@ -237,7 +237,7 @@ fn a_frame_that_moves_meanwhile_or_had_moved_before_holds_the_vehicle() {
 fn on_the_ground_a_mission_that_has_not_begun_takes_the_frame_that_there_is() {
     let mut rig = Rig::with(&[("start = \"at-once\"", "start = \"operator\"")]);
     let memory = rig.mcm.memory();
-    assert_eq!(memory.frame, None);
+    assert_eq!(memory.flight.and_then(|it| it.frame), None);
     rig.frame = (1, 60.0);
     rig.wait(1.0);
     assert_eq!(flags(&mut rig), [""; 0]);

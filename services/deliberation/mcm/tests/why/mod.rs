@@ -162,7 +162,7 @@ fn numbers_never_begin_again() {
     let after = numbers(&rig);
     assert!(!after.is_empty() && after.iter().all(|it| highest < *it), "{before:?}, then {after:?}");
     // The same recording may go on with another mission, after a landing.
-    (memory.configured, memory.flying) = ("another".into(), false);
+    (memory.configured, memory.flight) = ("another".into(), None);
     let mut rig = Rig::without_vehicle();
     assert!(rig.mcm.resume(memory).is_err());
     rig.flag("obstacle", true);

@@ -21,6 +21,8 @@ pub(crate) struct FlownMission {
     are_areas_told: bool,
     /// First flown first.
     flown: Vec<FlownStep>,
+    /// The place in the order of the objective that a plan was adopted for last.
+    pub(super) planned_for: Option<u32>,
     /// Counts changes by answers: one to an older question is void.
     version: u64,
 }
@@ -125,21 +127,26 @@ impl FlownMission {
         told
     }
 
-    /// Its persisted part goes into `memory`.
-    pub(crate) fn persist(&self, memory: &mut v1::McmMemory) {
-        memory.mission = Some(self.status.clone().into());
-        memory.notes = self.notes.clone();
-        memory.mission_areas = self.areas.encoded().clone();
-        memory.flown = self.flown.iter().cloned().map(Into::into).collect();
+    /// Its persisted part.
+    pub(crate) fn stored(&self) -> v1::StoredMission {
+        v1::StoredMission {
+            status: Some(self.status.clone().into()),
+            notes: self.notes.clone(),
+            areas: self.areas.encoded().clone(),
+            flown: self.flown.iter().cloned().map(Into::into).collect(),
+            planned_for: self.planned_for,
+        }
     }
+}
 
-    /// That of another manager, from its memory.
-    pub(crate) fn restored(memory: &mut v1::McmMemory) -> Result<FlownMission, InvalidMessage> {
-        let notes = memory.notes.take();
-        let restored = course(memory.mission.take(), notes.clone())?.ok_or(InvalidMessage::Missing("mission"))?;
-        let areas = MissionAreas::decode(std::mem::take(&mut memory.mission_areas))?;
-        let flown = std::mem::take(&mut memory.flown).into_iter().map(FlownStep::try_from);
-        let flown = flown.collect::<Result<_, _>>()?;
-        Ok(FlownMission { status: restored.mission, notes, areas, flown, ..FlownMission::default() })
+impl TryFrom<v1::StoredMission> for FlownMission {
+    type Error = InvalidMessage;
+
+    fn try_from(stored: v1::StoredMission) -> Result<FlownMission, InvalidMessage> {
+        let v1::StoredMission { status, notes, areas, flown, planned_for } = stored;
+        let restored = course(status, notes.clone())?.ok_or(InvalidMessage::Missing("mission"))?;
+        let flown = flown.into_iter().map(FlownStep::try_from).collect::<Result<_, _>>()?;
+        let areas = MissionAreas::decode(areas)?;
+        Ok(FlownMission { status: restored.mission, notes, areas, flown, planned_for, ..FlownMission::default() })
     }
 }

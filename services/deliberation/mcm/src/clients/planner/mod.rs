@@ -86,8 +86,6 @@ pub(crate) struct Planner {
     hold: String,
     /// Where the vehicle's local frame had its origin when a plan was asked for last.
     planned_from: Option<Origin>,
-    /// The objective of the last plan.
-    planned_for: Option<u32>,
 }
 
 impl Planner {
@@ -101,7 +99,6 @@ impl Planner {
             pauses: Pauses::default(),
             hold: String::new(),
             planned_from: None,
-            planned_for: None,
         }
     }
 
@@ -113,16 +110,6 @@ impl Planner {
     /// The step that is flown, its place in the plan from 1, and the number of steps in the plan.
     pub(crate) fn step(&self) -> Option<(&Arc<Step>, u32, u32)> {
         self.flight.step()
-    }
-
-    /// The place in the order of the objective that a plan was adopted for last.
-    pub(crate) fn planned_for(&self) -> Option<u32> {
-        self.planned_for
-    }
-
-    /// Continues the same mission after a restart.
-    pub(crate) fn restore_planned_for(&mut self, objective: Option<u32>) {
-        self.planned_for = objective;
     }
 
     /// The step after the present one.
@@ -309,7 +296,7 @@ impl Planner {
 
     /// Flies `plan`.
     pub(crate) fn adopt(&mut self, plan: Plan) {
-        self.planned_for = Some(plan.objective);
+        self.mission.planned_for = Some(plan.objective);
         self.flight.on(FlightEvent::Adopted(plan));
         self.request.on(RequestEvent::Adopted);
     }
@@ -425,7 +412,7 @@ impl Planner {
     }
 
     fn needs_approval(&self, plan: &Plan, plans: PlanApproval) -> bool {
-        let is_first = self.planned_for != Some(plan.objective);
+        let is_first = self.mission.planned_for != Some(plan.objective);
         plans == PlanApproval::EachPlan || (plans == PlanApproval::EachReplanning && !is_first)
     }
 
@@ -439,7 +426,7 @@ impl Planner {
             self.flight.on(FlightEvent::Heard);
             let was_wait = self.withdraw_step_or_wait("the mission was changed".to_owned());
             // The wait belonged to the mission of before, so the next plan counts as a first one.
-            self.planned_for = self.planned_for.filter(|_| !was_wait);
+            self.mission.planned_for = self.mission.planned_for.filter(|_| !was_wait);
         }
     }
 
@@ -448,7 +435,7 @@ impl Planner {
         self.flight = Flight::default();
         self.request = PlanRequest::default();
         self.pauses = Pauses::default();
-        self.planned_for = None;
+        self.mission.planned_for = None;
         self.mission.forget_flown();
     }
 }
