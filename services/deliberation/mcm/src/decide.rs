@@ -205,7 +205,6 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use Awaited::{Answer, GoAhead, Start};
 
     fn wait(what: Awaited) -> Wait {
         Wait { what, until: Some(Time::after(Duration::from_secs(5))) }
@@ -213,6 +212,7 @@ mod tests {
 
     #[test]
     fn a_response_comes_before_the_end_and_the_end_before_a_step_and_an_order_is_waited_for_before_a_plan() {
+        use Awaited::{Answer, GoAhead, Start};
         let (flown, asked, settled) = (PlanStage::Flown, PlanStage::Awaited(wait(Answer)), PlanStage::Settled);
         #[track_caller]
         fn check(stage: Stage, plan: PlanStage, order: Option<Awaited>, flies: Activity, waits: Option<Awaited>) {
@@ -232,6 +232,7 @@ mod tests {
 
     #[test]
     fn a_wait_is_over_at_its_time_or_never() {
+        use Awaited::Answer;
         let at = |s| Time::after(Duration::from_secs(s));
         assert_eq!([4, 5, 6].map(|s| wait(Answer).is_over(at(s))), [false, true, true]);
         assert!(!Wait { what: Answer, until: None }.is_over(at(1_000_000)));
