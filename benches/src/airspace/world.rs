@@ -1,14 +1,19 @@
 //! Rows of areas between which there is room to fly, and a mission from one end to the other, at an angle, so that no row is open.
 
 use std::f64::consts::TAU;
+use std::time::Duration;
 
+use domain::airspace::{Airspace, Clock, Grants};
 use domain::area::{Area, AreaKind};
+use domain::area_map::AreaMap;
 use domain::energy::EnergyModel;
 use domain::geometry::Ned;
 use domain::mission::{Mission, Objective};
 use domain::plan::Basis;
+use domain::speeds::Speeds;
 use domain::state::State;
 use domain::time::{Now, Pace};
+use domain::way::{FlightLimits, MOST_LEGS, Surroundings};
 use kittiwake_proto::topics::{Request, Response};
 use kittiwake_proto::v1;
 use node::{Effect, Event, Node, Token};
@@ -184,4 +189,20 @@ pub(crate) fn denied(world: World, steps: &[v1::PlanStep]) -> v1::ReplanRequest 
         denials: vec![denial],
         ..Default::default()
     }
+}
+
+/// The way from the goal back to the start, as a response searches it without any permission; figures as shipped.
+pub(crate) fn way_home(world: World, areas: &[Area], map: &AreaMap) -> Vec<Ned> {
+    let limits = FlightLimits {
+        speeds: Speeds::calm(10.0, 3.0, 1.5),
+        least_height_m: 5.0,
+        highest_m: 120.0,
+        clearance_m: 20.0,
+        margin_m: 10.0,
+        height_clearance_m: 2.0,
+    };
+    let (grants, clock) = (Grants::new(), Clock { utc_ms: 0, pace: Pace::REAL_TIME });
+    let airspace = Airspace { areas, grants: &grants, clock, lead: Duration::from_secs(30), vertical_margin_m: 2.0 };
+    let around = Surroundings { airspace, map, limits: &limits };
+    around.way_within(world.goal().at_height(15.0), world.start(), 15.0, MOST_LEGS).way.expect("there is a way home")
 }

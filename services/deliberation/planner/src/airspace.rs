@@ -1,17 +1,18 @@
 //! The areas as one request for a plan sees them: the airspace rule, and what it takes to get each permission.
 
 use std::cell::Cell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use domain::airspace::{self, Clock, Grants, Motion, Stay, latest, soonest, stays};
 use domain::area::{Area, AreaKind};
+use domain::area_map::AreaMap;
 use domain::geometry::Ned;
 use domain::plan::PermissionNeed;
 use domain::state::State;
 use domain::time::{Now, Pace};
+use domain::way::Asked;
 
-use crate::area_map::AreaMap;
 use crate::config::Config;
 use crate::permissions::{Permissions, Standing};
 
@@ -42,9 +43,6 @@ pub(crate) enum Access {
         reason: String,
     },
 }
-
-/// Zones that a plan has asked for in an earlier step, by their index.
-pub(crate) type Asked = BTreeSet<usize>;
 
 /// Areas that a request has found to be of no use, with the reason for the mission report.
 pub(crate) type Closures = BTreeMap<String, String>;
@@ -94,8 +92,7 @@ impl<'a> Airspace<'a> {
 
     /// Whether a vehicle in the air at `point` must leave an area now.
     pub(crate) fn is_trespassed(&self, point: Ned) -> bool {
-        let is_trespassed = |zone: usize| self.alone(zone).trespassed(point).next().is_some();
-        self.map.along(point, point).into_iter().any(is_trespassed)
+        self.map.is_trespassed(&self.rule, point)
     }
 
     /// The rule for one zone.

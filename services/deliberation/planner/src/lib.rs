@@ -20,7 +20,6 @@ use node::{Answers, Effect, Event, Node};
 mod actions;
 mod airspace;
 mod alternates;
-mod area_map;
 mod asking_ahead;
 mod back_chaining;
 mod communication;

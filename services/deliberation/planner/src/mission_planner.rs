@@ -23,13 +23,12 @@ use domain::state::{State, Tolerance};
 use domain::time::{Now, Pace, Time};
 
 use domain::airspace::Grants;
+use domain::area_map::AreaMap;
 
 use crate::airspace::{self, Airspace, Closures};
-use crate::area_map::AreaMap;
 use crate::asking_ahead;
 use crate::config::Config;
 use crate::drafting::{Unreachable, draft};
-use crate::energy::Judge;
 use crate::free_order::Choice;
 use crate::grant_lengths::{self, TooShort};
 use crate::hold::{Hold, TooEarly, too_early, without_asking_at};

@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use domain::energy::Wind;
+use domain::mission::Mission;
 use domain::mission::terms::Order;
-use domain::mission::{Mission, Progress};
 use domain::state::State;
-use domain::time::{Now, Time};
+use domain::time::Now;
 
 use super::{AsForecast, MissionPlanner};
 use crate::forecast::{self, MissionForecast};
