@@ -122,6 +122,20 @@ fn ways_home(criterion: &mut Criterion) {
     }
 }
 
+/// Home lies in a fence that is closed all round: the search ends with its effort, in the loop that answers flags.
+fn no_way_home(criterion: &mut Criterion) {
+    let mut group = group(criterion, "no way home");
+    group.sample_size(10);
+    for world in [World::circles(100, 20), World::circles(1000, 20), World::circles(100, 100)] {
+        let mut areas = world.all_areas();
+        areas.push(world.fence());
+        let search = |map: &mut AreaMap| assert!(black_box(way_home(world, &areas, map)).is_none());
+        group.bench_function(name_of(world), |bencher| {
+            bencher.iter_batched_ref(|| AreaMap::new(&areas), search, BatchSize::LargeInput);
+        });
+    }
+}
+
 fn plain_a_star(criterion: &mut Criterion) {
     let mut group = group(criterion, "plain A*");
     group.sample_size(10);
@@ -139,6 +153,7 @@ criterion_group!(
     changed_areas,
     repeated_plans,
     ways_home,
+    no_way_home,
     plain_a_star
 );
 criterion_main!(benches);

@@ -157,6 +157,11 @@ impl<'a> Airspace<'a> {
         self.zones.iter().filter_map(left).collect()
     }
 
+    /// The zone of this name.
+    pub(crate) fn zone(&self, name: &str) -> Option<&Zone<'a>> {
+        self.zones.iter().find(|zone| zone.area.name == name)
+    }
+
     /// Whether the time window of the area has closed, or its hours have and come again only after the permission that was to be asked
     /// for would have served, so that it is needed no more.
     pub(crate) fn has_ended(&self, need: &PermissionNeed) -> bool {
@@ -164,14 +169,14 @@ impl<'a> Airspace<'a> {
             None => true,
             Some((opens, _)) => area.hours.is_some() && need.lasts < opens,
         };
-        self.zones.iter().any(|zone| zone.area.name == need.area && is_over(zone.area))
+        self.zone(&need.area).is_some_and(|zone| is_over(zone.area))
     }
 
     /// Whether the permission for `area` was refused or too short, and is not held; it may have been asked for before the
     /// area applies.
     pub(crate) fn was_denied(&self, area: &str) -> bool {
         let is_held = self.rule.grants.get(area).is_some_and(|remaining| self.rule.lead < *remaining);
-        let zone = self.zones.iter().find(|zone| zone.area.name == area).filter(|_| !is_held);
+        let zone = self.zone(area).filter(|_| !is_held);
         zone.is_some_and(|zone| match &zone.access {
             Access::Ask { denied, at_most, .. } => *denied || at_most.is_some(),
             Access::Closed { .. } => true,

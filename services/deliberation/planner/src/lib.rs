@@ -111,8 +111,7 @@ impl Planner {
         };
         let reply = match core.replan(Question { state, grants, failed, denials }, now) {
             Answer::Plan(_) => PlanReply::Plan(core.plan()),
-            Answer::Hold { wait, reason } => PlanReply::Hold { wait, reason, planned: false },
-            Answer::Dwell { wait, reason } => PlanReply::Hold { wait, reason, planned: true },
+            Answer::Hold { wait, reason, planned } => PlanReply::Hold { wait, reason, planned },
             Answer::Finished => PlanReply::Finished,
         };
         let (mission, notes) = core.course();

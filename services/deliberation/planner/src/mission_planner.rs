@@ -105,13 +105,8 @@ pub(crate) enum Answer {
         wait: Duration,
         /// For the operator.
         reason: String,
-    },
-    /// Nothing now: the vehicle stays at the objective; ask again after the wait.
-    Dwell {
-        /// Mission time.
-        wait: Duration,
-        /// For the operator.
-        reason: String,
+        /// The vehicle stays at the objective, as the mission has it.
+        planned: bool,
     },
     /// Nothing any more: every objective is terminal.
     Finished,
@@ -219,7 +214,7 @@ impl MissionPlanner {
                     self.arrived(now);
                     continue;
                 }
-                return Answer::Dwell { wait, reason: feasibility::stays(objective, wait) };
+                return Answer::Hold { wait, reason: feasibility::stays(objective, wait), planned: true };
             }
             objective.dwells_since = None;
             let ahead = if objective.is_line_left(&state, failed.as_ref().map(|it| it.step.way()), tolerance) {
@@ -230,24 +225,8 @@ impl MissionPlanner {
             };
             let areas = (self.mission.areas.as_slice(), &self.map);
             let airspace = Airspace::new(areas, &grants, &self.permissions, &closures, (now, self.pace), &self.config);
-            let mut steps = match steps_to(&state, &ahead, failed.take(), tolerance, &airspace, &self.config) {
-                Ok(steps) => steps,
-                Err(unreachable) => {
-                    let hold = self
-                        .hold_until_over(&airspace, &state, &ahead, &grants, now)
-                        .or_else(|| self.hold_until_new_grant(&state, &ahead, &grants, &closures, now));
-                    if let Some(hold) = hold {
-                        let Hold { wait, reason, .. } = hold.clone();
-                        self.hold = Some(hold);
-                        return Answer::Hold { wait, reason };
-                    }
-                    self.conclude(Progress::Failure(unreachable.to_string()));
-                    closures.clear();
-                    continue;
-                }
-            };
-            let plan_now = PlanNow {
-                steps: &steps,
+            let mut plan_now = PlanNow {
+                steps: &[],
                 ahead: &ahead,
                 state: &state,
                 airspace: &airspace,
@@ -255,10 +234,23 @@ impl MissionPlanner {
                 closures: &closures,
                 now,
             };
+            let mut steps = match steps_to(&state, &ahead, failed.take(), tolerance, &airspace, &self.config) {
+                Ok(steps) => steps,
+                Err(unreachable) => {
+                    let hold = self
+                        .hold_until_over(plan_now)
+                        .or_else(|| self.hold_until_new_grant(&state, &ahead, &grants, &closures, now));
+                    if let Some(hold) = hold {
+                        return self.holds(hold);
+                    }
+                    self.conclude(Progress::Failure(unreachable.to_string()));
+                    closures.clear();
+                    continue;
+                }
+            };
+            plan_now.steps = &steps;
             if let Some(hold) = self.worth_waiting(plan_now) {
-                let Hold { wait, reason, .. } = hold.clone();
-                self.hold = Some(hold);
-                return Answer::Hold { wait, reason };
+                return self.holds(hold);
             }
             if let Some((index, reason)) = self.infeasible(&steps, &state, now) {
                 if index == self.objectives.current_index() {
@@ -283,11 +275,15 @@ impl MissionPlanner {
                 return self.adopt(without_asking_at(steps, position));
             }
             if self.permissions.may_hold(&hold.area, hold.wait, &self.config) {
-                let Hold { wait, reason, .. } = hold.clone();
-                self.hold = Some(hold);
-                return Answer::Hold { wait, reason };
+                return self.holds(hold);
             }
         }
+    }
+
+    /// The vehicle waits.
+    fn holds(&mut self, hold: Hold) -> Answer {
+        let Hold { wait, reason, .. } = self.hold.insert(hold).clone();
+        Answer::Hold { wait, reason, planned: false }
     }
 
     /// `step` was flown and left the vehicle in `state`; `is_end`: nothing is left of its plan.

@@ -69,7 +69,7 @@ impl MissionPlanner {
     /// What a request for a plan is answered with because of the origin; `None` if there is no obstacle.
     pub(super) fn answer_to_misfit(&mut self) -> Option<Answer> {
         if let Some(reason) = self.waits_for_origin() {
-            return Some(Answer::Hold { wait: UNKNOWN_PAUSE, reason });
+            return Some(Answer::Hold { wait: UNKNOWN_PAUSE, reason, planned: false });
         }
         if self.forecast.is_some() {
             return None;
@@ -81,8 +81,8 @@ impl MissionPlanner {
 
     /// Why nothing is flown yet, if it is for the vehicle's origin.
     pub(super) fn waits_for_origin(&self) -> Option<String> {
-        let is_over = self.objectives.current_index() == self.objectives.all().len();
-        let waits = !is_over && self.forecast.is_none() && self.misfit(self.mission.origin) == Some(Misfit::Unknown);
+        let waits =
+            !self.is_over() && self.forecast.is_none() && self.misfit(self.mission.origin) == Some(Misfit::Unknown);
         waits.then(|| format!("waiting for the vehicle's place: {}", Misfit::Unknown))
     }
 }
