@@ -225,20 +225,11 @@ impl MissionPlanner {
             };
             let areas = (self.mission.areas.as_slice(), &self.map);
             let airspace = Airspace::new(areas, &grants, &self.permissions, &closures, (now, self.pace), &self.config);
-            let mut plan_now = PlanNow {
-                steps: &[],
-                ahead: &ahead,
-                state: &state,
-                airspace: &airspace,
-                grants: &grants,
-                closures: &closures,
-                now,
-            };
             let mut steps = match steps_to(&state, &ahead, failed.take(), tolerance, &airspace, &self.config) {
                 Ok(steps) => steps,
                 Err(unreachable) => {
                     let hold = self
-                        .hold_until_over(plan_now)
+                        .hold_until_over(&airspace, &state, &ahead, &grants, now)
                         .or_else(|| self.hold_until_new_grant(&state, &ahead, &grants, &closures, now));
                     if let Some(hold) = hold {
                         return self.holds(hold);
@@ -248,7 +239,15 @@ impl MissionPlanner {
                     continue;
                 }
             };
-            plan_now.steps = &steps;
+            let plan_now = PlanNow {
+                steps: &steps,
+                ahead: &ahead,
+                state: &state,
+                airspace: &airspace,
+                grants: &grants,
+                closures: &closures,
+                now,
+            };
             if let Some(hold) = self.worth_waiting(plan_now) {
                 return self.holds(hold);
             }

@@ -4,6 +4,7 @@
 //! What is compared is the time until the current objective is reached, waits included: the rest of the mission is the same behind
 //! it. So a deadline that the way round keeps is kept by waiting too.
 
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
@@ -49,7 +50,7 @@ pub(super) struct PlanNow<'a> {
 }
 
 /// A plan that begins after a wait.
-pub(super) struct PlanLater {
+struct PlanLater {
     steps: Vec<Step>,
     wait: Duration,
     /// From now on until the objective is reached, in seconds.
@@ -105,12 +106,12 @@ impl MissionPlanner {
     }
 
     /// The plan that would be made after `wait`, if there is one.
-    pub(super) fn drafted_after(&self, wait: Duration, plan: PlanNow, legs_left: &mut u32) -> Option<PlanLater> {
+    fn drafted_after(&self, wait: Duration, plan: PlanNow, legs_left: &mut u32) -> Option<PlanLater> {
         let remaining = |(area, left): (&String, &Duration)| Some((area.clone(), left.checked_sub(wait)?));
         let grants: Grants = plan.grants.iter().filter_map(remaining).collect();
         let (areas, then) = ((self.mission.areas.as_slice(), &self.map), (self.after(plan.now, wait), self.pace));
-        let later = Airspace::new(areas, &grants, &self.permissions, plan.closures, then, &self.config);
-        later.legs_left.set(*legs_left);
+        let mut later = Airspace::new(areas, &grants, &self.permissions, plan.closures, then, &self.config);
+        later.legs_left = Cell::new(*legs_left);
         let drafted = steps_to(plan.state, plan.ahead, None, self.tolerance(), &later, &self.config);
         *legs_left = later.legs_left.get();
         let mut steps = drafted.ok()?;

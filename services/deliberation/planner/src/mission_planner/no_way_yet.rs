@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use domain::airspace::Grants;
 use domain::area::Area;
+use domain::area_map::AreaMap;
 use domain::state::State;
 use domain::time::{Now, Time};
 use domain::way::{Leaving, leaving};
 
-use super::holding::{self, PlanNow};
-use super::{MissionPlanner, OVER, steps_to};
+use super::{MissionPlanner, OVER, holding, steps_to};
 use crate::airspace::{Airspace, Closures};
 use crate::hold::Hold;
 use crate::survey::Via;
@@ -17,8 +17,14 @@ use crate::survey::Via;
 impl MissionPlanner {
     /// The hold after which there is a way through `ahead`, because areas that close it now are over soon; `None` if there is none
     /// then either, or the vehicle must not wait where it is.
-    pub(super) fn hold_until_over(&self, plan: PlanNow) -> Option<Hold> {
-        let PlanNow { airspace, state, ahead, now, .. } = plan;
+    pub(super) fn hold_until_over(
+        &self,
+        airspace: &Airspace,
+        state: &State,
+        ahead: &[Via],
+        grants: &Grants,
+        now: Now,
+    ) -> Option<Hold> {
         let soon = airspace.soon_over(self.config.hold_at_most_s.seconds());
         let last = soon.iter().copied().max_by_key(|(_, left)| *left)?;
         let is_trespassing = state.flying && airspace.is_trespassed(state.position);
@@ -27,9 +33,17 @@ impl MissionPlanner {
         if must_leave {
             return None;
         }
-        let is_worth_it = |(area, left): (&Area, Duration), mut most_legs: u32| {
-            self.permissions.may_still_hold(&area.name, left + OVER, &self.config)
-                && self.drafted_after(left + OVER, plan, &mut most_legs).is_some()
+        let opens_a_way = |ends: Duration, most_legs: u32| {
+            let is_left = |area: &&Area| soon.iter().all(|(over, left)| ends < *left || over.name != area.name);
+            let areas: Vec<Area> = self.mission.areas.iter().filter(is_left).cloned().collect();
+            let (closures, map) = (Closures::new(), AreaMap::new(&areas));
+            let then = (now, self.pace);
+            let later = Airspace::new((&areas, &map), grants, &self.permissions, &closures, then, &self.config);
+            later.legs_left.set(most_legs);
+            steps_to(state, ahead, None, self.tolerance(), &later, &self.config).is_ok()
+        };
+        let is_worth_it = |(area, left): (&Area, Duration), most_legs: u32| {
+            self.permissions.may_still_hold(&area.name, left + OVER, &self.config) && opens_a_way(left, most_legs)
         };
         // What ends elsewhere is not waited for, unless nothing else helps.
         let ends = holding::ends_in_the_way(state, ahead, airspace, &soon);

@@ -81,8 +81,8 @@ impl MissionPlanner {
 
     /// Why nothing is flown yet, if it is for the vehicle's origin.
     pub(super) fn waits_for_origin(&self) -> Option<String> {
-        let waits =
-            !self.is_over() && self.forecast.is_none() && self.misfit(self.mission.origin) == Some(Misfit::Unknown);
+        let is_over = self.objectives.current_index() == self.objectives.all().len();
+        let waits = !is_over && self.forecast.is_none() && self.misfit(self.mission.origin) == Some(Misfit::Unknown);
         waits.then(|| format!("waiting for the vehicle's place: {}", Misfit::Unknown))
     }
 }

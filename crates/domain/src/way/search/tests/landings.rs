@@ -83,7 +83,9 @@ fn every_part_of_a_way_is_judged_at_its_time() {
     // The vehicle is over the goal after 40 s and down after 50 s, or 72.5 s.
     let home = || box_((-50.0, 50.0), (-50.0, 50.0), None, Some(5.0));
     check(home(), Some(103), None, Some(415.0));
-    check(home(), Some(102), None, None);
+    // From 9 m, over the area, it is down 4 s sooner.
+    check(home(), Some(102), None, Some(409.0));
+    check(home(), Some(97), None, None);
     check(home(), None, Some(36), Some(415.0));
     check(home(), None, Some(37), None);
     check(home(), None, Some(100), None);
@@ -135,24 +137,23 @@ proptest! {
         let is_clear = |here, there| among(&closed, here, there, |it| !is_barred(it, here, there, Exempt { start: true, end: true }, |_| true));
         let best_s = among(&closed, through_air.0, through_air.1, brute_force::best_s);
         let trip = Trip { lands_from_m: Some(level_m), ..trip(from, to) };
-        among_in_wind(Wind::CALM, 0, &closed, trip, |obstacles| {
-            let way = cheapest(obstacles);
-            if let Some(best_s) = best_s.filter(|_| is_clear(from, through_air.0) && is_clear(through_air.1, to)) {
-                let points = &way.as_ref().expect("there is a way").points;
-                let count = points.len();
-                let found_s = obstacles.among.limits.speeds.time_along_s(points[1], &points[2..count - 1]);
-                prop_assert!(found_s <= brute_force::FACTOR * best_s + 20.1, "{found_s} s, and {best_s} s at best: {points:?}");
-            }
-            let points = way.map(|it| it.points).unwrap_or_default();
+        // As a response does: where there is no way that keeps the margin, with half of it.
+        let found = (0..MARGINS.len()).find_map(|part| among_in_wind(Wind::CALM, part, &closed, trip, |obstacles| {
+            let points = cheapest(obstacles).ok()?.points;
             for (index, leg) in points.windows(2).enumerate() {
                 let ends = (leg[0].horizontal_distance_m(from), leg[1].horizontal_distance_m(to));
                 let exempt = Exempt { start: ends.0 == 0.0, end: ends.1 == 0.0 };
-                prop_assert!(!is_barred(obstacles, leg[0], leg[1], exempt, |_| true), "{points:?}");
+                assert!(!is_barred(obstacles, leg[0], leg[1], exempt, |_| true), "{points:?}");
                 let is_straight_down = leg[0].horizontal_distance_m(leg[1]) == 0.0;
-                prop_assert!(index < points.len() - 2 || is_straight_down, "{points:?}");
-                prop_assert!(0 < index || is_straight_down || (from.height_m() - level_m).abs() <= 1.0 || leg[1].height_m() == from.height_m());
+                assert!(index < points.len() - 2 || is_straight_down, "{points:?}");
+                assert!(0 < index || is_straight_down || (from.height_m() - level_m).abs() <= 1.0 || leg[1].height_m() == from.height_m());
             }
-            Ok(())
-        })?;
+            Some(points)
+        }));
+        if let Some(best_s) = best_s.filter(|_| is_clear(from, through_air.0) && is_clear(through_air.1, to)) {
+            let points = found.expect("there is a way");
+            let found_s = LIMITS.speeds.time_along_s(points[1], &points[2..points.len() - 1]);
+            prop_assert!(found_s <= brute_force::FACTOR * best_s + 20.1, "{found_s} s, and {best_s} s at best: {points:?}");
+        }
     }
 }
