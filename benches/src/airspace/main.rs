@@ -1,5 +1,5 @@
 //! What a plan costs among many areas, from the request to the reply: as areas and corners grow, as areas have floors and ceilings,
-//! and after one area has changed; and what a plain A* costs beside it. `cargo bench -p benchmarks --bench airspace`
+//! and after one area has changed; what the mission manager's way home costs, and a plain A* beside it. `cargo bench -p benchmarks --bench airspace`
 //! measures it.
 
 use std::hint::black_box;
@@ -7,12 +7,13 @@ use std::time::Duration;
 
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, BenchmarkId, Criterion, criterion_group, criterion_main};
+use domain::area_map::AreaMap;
 use kittiwake_proto::v1::ReplanRequest;
 
 mod plain_a_star;
 mod world;
 
-use world::{Heights, World, denied, first_request, plan, with_area_moved};
+use world::{Heights, World, denied, first_request, plan, way_home, with_area_moved};
 
 fn group<'a>(criterion: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, WallTime> {
     let mut group = criterion.benchmark_group(name);
@@ -106,6 +107,35 @@ fn changed_areas(criterion: &mut Criterion) {
     }
 }
 
+/// The way of a response, among areas that were not seen before, and again.
+fn ways_home(criterion: &mut Criterion) {
+    let mut group = group(criterion, "way home");
+    for world in [World::circles(35, 20), World::circles(100, 20), World::circles(1000, 20), World::circles(100, 100)] {
+        let areas = world.all_areas();
+        let first = |map: &mut AreaMap| black_box(way_home(world, &areas, map));
+        group.bench_function(name_of(world), |bencher| {
+            bencher.iter_batched_ref(|| AreaMap::new(&areas), first, BatchSize::LargeInput);
+        });
+        let map = AreaMap::new(&areas);
+        let id = format!("again, {} of {} corners", world.areas, world.corners);
+        group.bench_function(id, |bencher| bencher.iter(|| black_box(way_home(world, &areas, &map))));
+    }
+}
+
+/// Home lies in a fence that is closed all round: the search ends with its effort, in the loop that answers flags.
+fn no_way_home(criterion: &mut Criterion) {
+    let mut group = group(criterion, "no way home");
+    group.sample_size(10);
+    for world in [World::circles(100, 20), World::circles(1000, 20), World::circles(100, 100)] {
+        let mut areas = world.all_areas();
+        areas.push(world.fence());
+        let search = |map: &mut AreaMap| assert!(black_box(way_home(world, &areas, map)).is_none());
+        group.bench_function(name_of(world), |bencher| {
+            bencher.iter_batched_ref(|| AreaMap::new(&areas), search, BatchSize::LargeInput);
+        });
+    }
+}
+
 fn plain_a_star(criterion: &mut Criterion) {
     let mut group = group(criterion, "plain A*");
     group.sample_size(10);
@@ -115,5 +145,15 @@ fn plain_a_star(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, first_plans, floors_and_ceilings, replans, changed_areas, repeated_plans, plain_a_star);
+criterion_group!(
+    benches,
+    first_plans,
+    floors_and_ceilings,
+    replans,
+    changed_areas,
+    repeated_plans,
+    ways_home,
+    no_way_home,
+    plain_a_star
+);
 criterion_main!(benches);

@@ -1,14 +1,19 @@
 //! Rows of areas between which there is room to fly, and a mission from one end to the other, at an angle, so that no row is open.
 
 use std::f64::consts::TAU;
+use std::time::Duration;
 
+use domain::airspace::{Airspace, Clock, Grants};
 use domain::area::{Area, AreaKind};
+use domain::area_map::AreaMap;
 use domain::energy::EnergyModel;
 use domain::geometry::Ned;
 use domain::mission::{Mission, Objective};
 use domain::plan::Basis;
+use domain::speeds::Speeds;
 use domain::state::State;
 use domain::time::{Now, Pace};
+use domain::way::{FlightLimits, MOST_LEGS, Surroundings};
 use kittiwake_proto::topics::{Request, Response};
 use kittiwake_proto::v1;
 use node::{Effect, Event, Node, Token};
@@ -105,6 +110,16 @@ impl World {
         Ned::new(-200.0, -200.0, 0.0)
     }
 
+    /// Closed all round the start, with a hole there.
+    pub(crate) fn fence(self) -> Area {
+        let start = self.start();
+        let square = |half_m: f64| {
+            let corner = |(north, east)| Ned::new(start.north_m + half_m * north, start.east_m + half_m * east, 0.0);
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(corner).to_vec()
+        };
+        Area { holes: vec![square(40.0)], ..Area::new("fence", AreaKind::KeepOut, square(70.0)) }
+    }
+
     /// Behind the last one.
     pub(crate) fn goal(self) -> Ned {
         let end_m = APART_M * self.columns() as f64 - 100.0;
@@ -184,4 +199,20 @@ pub(crate) fn denied(world: World, steps: &[v1::PlanStep]) -> v1::ReplanRequest 
         denials: vec![denial],
         ..Default::default()
     }
+}
+
+/// The way from the goal back to the start, as a response searches it without any permission; figures as shipped.
+pub(crate) fn way_home(world: World, areas: &[Area], map: &AreaMap) -> Option<Vec<Ned>> {
+    let limits = FlightLimits {
+        speeds: Speeds::calm(10.0, 3.0, 1.5),
+        least_height_m: 5.0,
+        highest_m: 120.0,
+        clearance_m: 20.0,
+        margin_m: 10.0,
+        height_clearance_m: 2.0,
+    };
+    let (grants, clock) = (Grants::new(), Clock { utc_ms: 0, pace: Pace::REAL_TIME });
+    let airspace = Airspace { areas, grants: &grants, clock, lead: Duration::from_secs(30), vertical_margin_m: 2.0 };
+    let around = Surroundings { airspace, map, limits: &limits };
+    around.way_within(world.goal().at_height(15.0), world.start(), 15.0, MOST_LEGS).way
 }

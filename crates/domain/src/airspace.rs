@@ -248,6 +248,12 @@ impl<'a> Airspace<'a> {
         })
     }
 
+    /// Whether the vehicle must not be in `area` at any moment between these two.
+    pub(crate) fn bars_throughout(&self, area: &Area, from: Duration, until: Duration) -> bool {
+        let mut windows = self.windows(area).take_while(|(opens, _)| *opens <= from.saturating_add(self.lead));
+        self.bars(area, from, from).is_some() && windows.any(|(_, closes)| closes.is_none_or(|closes| until <= closes))
+    }
+
     /// From when to when an area applies now or next, in mission time from now on; `None`: it no longer applies.
     pub fn applies(&self, area: &Area) -> Option<(Duration, Option<Duration>)> {
         self.windows(area).next()

@@ -5,13 +5,12 @@
 
 use std::cmp::Ordering;
 
-use crate::airspace::Airspace;
 use crate::energy::{EnergyModel, Shortfall, Wind};
 use crate::geometry::Ned;
 use crate::mission::Objective;
 use crate::quantity::Fraction;
 use crate::site::{Site, SiteKind};
-use crate::way::{FlightLimits, Found, WayToAsk, way_if_granted, way_within};
+use crate::way::{Found, Surroundings, WayToAsk};
 
 mod reasons;
 
@@ -108,10 +107,8 @@ pub struct Viewpoint<'a> {
     pub from: Ned,
     /// At which it is preferably flown, in metres above the origin.
     pub height_m: f64,
-    /// As it stands then.
-    pub airspace: Airspace<'a>,
-    /// Speeds, heights and distances.
-    pub limits: &'a FlightLimits,
+    /// As they are then.
+    pub around: Surroundings<'a>,
     /// The vehicle's figures.
     pub energy: &'a EnergyModel,
     /// The wind.
@@ -122,12 +119,12 @@ impl Viewpoint<'_> {
     /// The way to `place`: one that may be flown as the permissions are, else one that takes more of them. Each search looks at no
     /// more than `most_legs` legs.
     pub fn look_at(&self, place: Ned, most_legs: u32) -> Found<Way> {
-        let Viewpoint { from, height_m, airspace, limits, .. } = self;
-        let free = way_within(*from, place, *height_m, airspace, limits, most_legs);
+        let Viewpoint { from, height_m, around, .. } = *self;
+        let free = around.way_within(from, place, height_m, most_legs);
         if let Some(points) = free.way {
             return Found { way: Some(self.measured(&points, place, Vec::new())), legs: free.legs };
         }
-        let Found { way, legs } = way_if_granted(*from, place, *height_m, airspace, limits, most_legs);
+        let Found { way, legs } = around.way_if_granted(from, place, height_m, most_legs);
         let way = way.filter(|it| !it.needs.is_empty());
         let way = way.map(|WayToAsk { points, needs }| self.measured(&points, place, needs.into_iter().collect()));
         Found { way, legs: free.legs + legs }
@@ -136,7 +133,7 @@ impl Viewpoint<'_> {
     fn measured(&self, points: &[Ned], place: Ned, needs: Vec<String>) -> Way {
         let mut flown = points.to_vec();
         flown.push(place);
-        let speeds = &self.limits.speeds;
+        let speeds = &self.around.limits.speeds;
         Way {
             length_m: std::iter::once(&self.from).chain(&flown).zip(&flown).map(|(a, b)| a.distance_m(*b)).sum(),
             time_s: speeds.time_along_s(self.from, &flown),

@@ -7,6 +7,7 @@
 pub mod airspace;
 pub mod alternates;
 pub mod area;
+pub mod area_map;
 pub mod consumption;
 pub mod contingency;
 pub mod control_character;

@@ -1,7 +1,6 @@
 //! Ways that need no permission: out of an area, and to a place, round, over or under areas that are barred.
 //!
-//! For responses, which fly without a plan. The planner, which can ask for permissions and wait for them, has a search of
-//! its own; both keep their distance to borders by [`keeps_clear`] and turn at [`crate::corners::corners`].
+//! For responses, which fly without a plan. Plans, which ask for permissions and wait for them, are searched by the same [`find`].
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -10,16 +9,17 @@ use std::time::Duration;
 
 use geo::{Closest, ClosestPoint, LineString, Point};
 
-use crate::airspace::{Airspace, Grants, Motion, latest, stays};
+use crate::airspace::{Airspace, Motion};
 use crate::area::{Area, AreaKind, rings};
+use crate::area_map::AreaMap;
 use crate::geometry::Ned;
 use crate::outline::Outline;
 use crate::speeds::Speeds;
 
-mod level;
+mod search;
 
-use level::Level;
-pub use level::{Effort, KEPT, Turns};
+pub(crate) use search::KeptLegs;
+pub use search::{Among, Asked, Entry, KEPT, NoWay, TimedWay, Trip, find};
 
 /// The speeds, heights and distances of a flight without a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +34,8 @@ pub struct FlightLimits {
     pub clearance_m: f64,
     /// Distance kept to the border of an area that is flown round, in metres.
     pub margin_m: f64,
+    /// Distance to a floor or a ceiling, beyond the vertical margin, at which the vehicle flies past under or over an area, in metres.
+    pub height_clearance_m: f64,
 }
 
 /// Directions that are tried in addition to the shortest one to each side: in a corner between two
@@ -41,14 +43,16 @@ pub struct FlightLimits {
 const DIRECTIONS: u32 = 32;
 /// Directions to sides that are tried, the nearest sides first: each takes time with every corner around, and a coastline has thousands.
 const MOST_SIDES: usize = 64;
-/// Distance to a floor or a ceiling, beyond the vertical margin, at which the vehicle flies over or under an area, in
-/// metres.
+/// Distance to a floor or a ceiling, beyond the vertical margin, at which the vehicle is out of an area, in metres.
 const HEIGHT_STEP_M: f64 = 1.0;
-/// A search of a way at all heights gives up after this number of legs: it runs in the mission manager's loop, which counts
-/// as hung after a second. (Measured: 2 to 10 us for a leg.)
+/// Heights that differ by no more than this are the same, in metres.
+const SAME_HEIGHT_M: f64 = 1.0;
+/// A search of a response gives up after this number of legs: it runs in the mission manager's loop, which counts as hung after a
+/// second. (Measured: 2 to 10 us for a leg.)
 pub const MOST_LEGS: u32 = 20_000;
-/// A height other than the preferred one is chosen only if it saves this much time.
-const WORTH_ANOTHER_HEIGHT_S: f64 = 20.0;
+/// The wait to be expected for a permission that a response asks for, in seconds: what a way round may cost at most. (ENG: as the
+/// planner's.)
+const EXPECTED_WAIT_S: f64 = 2.0;
 
 impl FlightLimits {
     /// Whether a way may be at this height, in metres above the origin.
@@ -182,14 +186,6 @@ fn exit_along(from: Ned, direction: (f64, f64), clearance_m: f64, airspace: &Air
     Some(along(exit_m + clearance_m))
 }
 
-/// The points to fly to from `from`, in the air, the last one over `to` at the height of the flight; `None` if there is
-/// no way. First out of areas in which the vehicle may not be, by the quickest way; then at `preferred_m` above the
-/// origin, or over or under barred areas where that is much quicker or the only way. The descent to the ground at `to`
-/// is allowed too.
-pub fn way_to(from: Ned, to: Ned, preferred_m: f64, airspace: &Airspace, limits: &FlightLimits) -> Option<Vec<Ned>> {
-    way_within(from, to, preferred_m, airspace, limits, MOST_LEGS).way
-}
-
 /// What a search of limited effort has found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found<Way> {
@@ -197,47 +193,6 @@ pub struct Found<Way> {
     pub way: Option<Way>,
     /// Legs that were looked at.
     pub legs: u32,
-}
-
-/// The same with no more than `most_legs` looked at in each of its two searches.
-pub fn way_within(
-    from: Ned,
-    to: Ned,
-    preferred_m: f64,
-    airspace: &Airspace,
-    limits: &FlightLimits,
-    most_legs: u32,
-) -> Found<Vec<Ned>> {
-    let mut legs = 0;
-    let Leaving::Flies(out) = leaving(from, airspace, limits) else { return Found { way: None, legs } };
-    let start = out.last().copied().unwrap_or(from);
-    let flight_s = limits.speeds.time_s(start, to.at_height(preferred_m));
-    let descent_s = preferred_m.max(start.height_m()) / limits.speeds.descent_m_s;
-    // With the areas that open or expire until well after the landing; if that leaves no way, with those that do so until
-    // it. Times are taken as up to 25 % and ten seconds later, as in the airspace rule.
-    let way = [2.0 * flight_s + 60.0, 1.25 * (flight_s + descent_s) + 10.0].into_iter().find_map(|horizon_s| {
-        let barred = airspace.barred(Duration::try_from_secs_f64(horizon_s).unwrap_or(Duration::MAX));
-        let vertical_margin_m = airspace.vertical_margin_m;
-        let search = Search { barred: &barred, vertical_margin_m, limits, legs_left: Cell::new(most_legs) };
-        let mut best: Option<(f64, Vec<Ned>)> = None;
-        for height_m in search.heights(start, preferred_m) {
-            let penalty_s = if height_m == preferred_m { 0.0 } else { WORTH_ANOTHER_HEIGHT_S };
-            let straight = [start.at_height(height_m), to.at_height(height_m)];
-            let least_s = limits.speeds.time_along_s(start, &straight) + penalty_s;
-            if best.as_ref().is_some_and(|it| it.0 <= least_s) {
-                continue;
-            }
-            let Some(way) = search.at_height(start, to, height_m) else { continue };
-            let time_s = limits.speeds.time_along_s(start, &way) + penalty_s;
-            if best.as_ref().is_none_or(|it| time_s < it.0) {
-                best = Some((time_s, way));
-            }
-        }
-        legs += most_legs - search.legs_left.get();
-        let (_, way) = best?;
-        Some(out.iter().copied().chain(way).collect())
-    });
-    Found { way, legs }
 }
 
 /// A way that takes permissions which are not held.
@@ -249,79 +204,56 @@ pub struct WayToAsk {
     pub needs: BTreeSet<String>,
 }
 
-/// As [`way_within`], were every permission held.
-pub fn way_if_granted(
-    from: Ned,
-    to: Ned,
-    preferred_m: f64,
-    airspace: &Airspace,
-    limits: &FlightLimits,
-    most_legs: u32,
-) -> Found<WayToAsk> {
-    let all: Grants = airspace.areas.iter().map(|it| (it.name.clone(), Duration::MAX)).collect();
-    let with_all = Airspace { grants: &all, ..*airspace };
-    let Found { way, legs } = way_within(from, to, preferred_m, &with_all, limits, most_legs);
-    let way = way.map(|points| {
-        let flown: Vec<Ned> = std::iter::once(from).chain(points.iter().copied()).chain([to]).collect();
-        let is_on_way = |area: &&Area| {
-            let margin_m = airspace.vertical_margin_m;
-            area.kind == AreaKind::Permission
-                && flown.windows(2).any(|it| !stays(area, it[0], it[1], margin_m).is_empty())
+/// What a vehicle that flies without a plan has around it, and how it flies.
+#[derive(Debug, Clone, Copy)]
+pub struct Surroundings<'a> {
+    /// The areas as they stand now.
+    pub airspace: Airspace<'a>,
+    /// Of the same areas.
+    pub map: &'a AreaMap,
+    /// Speeds, heights and distances.
+    pub limits: &'a FlightLimits,
+}
+
+impl Surroundings<'_> {
+    /// The points to fly to from `from`, in the air, the last one over `to`, where the vehicle may come straight down; of no more
+    /// than `most_legs` looked at. First out of areas in which the vehicle may not be, by the quickest way; then at `preferred_m`
+    /// above the origin, round, over or under barred areas.
+    pub fn way_within(&self, from: Ned, to: Ned, preferred_m: f64, most_legs: u32) -> Found<Vec<Ned>> {
+        let Found { way, legs } = self.find(from, to, preferred_m, most_legs, |_| Entry::Closed);
+        Found { way: way.map(|(points, _)| points), legs }
+    }
+
+    /// The same with permissions that are yet to be got.
+    pub fn way_if_granted(&self, from: Ned, to: Ned, preferred_m: f64, most_legs: u32) -> Found<WayToAsk> {
+        let entry = |area: &Area| match area.kind {
+            AreaKind::Permission => Entry::Ask { wait_s: EXPECTED_WAIT_S },
+            AreaKind::KeepOut => Entry::Closed,
         };
-        let flight =
-            Duration::try_from_secs_f64(limits.speeds.time_along_s(from, &flown[1..])).unwrap_or(Duration::MAX);
-        let barred = airspace.barred(latest(flight));
-        let needs = barred.into_iter().filter(is_on_way).map(|it| it.name.clone()).collect();
-        WayToAsk { points, needs }
-    });
-    Found { way, legs }
-}
-
-/// A search of a way among areas that may not be entered.
-struct Search<'a> {
-    barred: &'a [&'a Area],
-    vertical_margin_m: f64,
-    limits: &'a FlightLimits,
-    /// Legs that may still be looked at.
-    legs_left: Cell<u32>,
-}
-
-impl Search<'_> {
-    /// The heights to try.
-    fn heights(&self, start: Ned, preferred_m: f64) -> Vec<f64> {
-        let beyond_m = self.vertical_margin_m + HEIGHT_STEP_M;
-        let others = self.barred.iter().flat_map(|it| beyond(it, beyond_m));
-        let mut heights: Vec<f64> =
-            std::iter::once(start.height_m()).chain(others).filter(|it| self.limits.permits(*it)).collect();
-        heights.sort_by(f64::total_cmp);
-        heights.dedup();
-        heights.insert(0, preferred_m);
-        heights
+        let Found { way, legs } = self.find(from, to, preferred_m, most_legs, entry);
+        Found { way: way.map(|(points, needs)| WayToAsk { points, needs }), legs }
     }
 
-    /// Straight up or down to `height_m`, then level to over `to`.
-    fn at_height(&self, start: Ned, to: Ned, height_m: f64) -> Option<Vec<Ned>> {
-        let level = start.at_height(height_m);
-        let over = to.at_height(height_m);
-        if !self.is_free(start, level) || !self.is_free(over, to) {
-            return None;
-        }
-        let mut way = self.shortest(level, over)?;
-        if (level.height_m() - start.height_m()).abs() > HEIGHT_STEP_M {
-            way.insert(0, level);
-        }
-        Some(way)
-    }
-
-    fn shortest(&self, from: Ned, to: Ned) -> Option<Vec<Ned>> {
-        let height_m = to.height_m();
-        let (low_m, high_m) = (height_m - self.vertical_margin_m, height_m + self.vertical_margin_m);
-        let areas = self.barred.iter().copied().filter(|it| it.touches_heights(low_m, high_m)).collect();
-        Level::new(areas, self.limits.margin_m, self.vertical_margin_m, &self.legs_left).shortest(from, to)
-    }
-
-    fn is_free(&self, from: Ned, to: Ned) -> bool {
-        self.barred.iter().all(|area| stays(area, from, to, self.vertical_margin_m).is_empty())
+    fn find(
+        &self,
+        from: Ned,
+        to: Ned,
+        preferred_m: f64,
+        most_legs: u32,
+        entry: impl Fn(&Area) -> Entry,
+    ) -> Found<(Vec<Ned>, BTreeSet<String>)> {
+        let Surroundings { airspace: rule, map, limits } = *self;
+        let entries: Vec<Entry> = rule.areas.iter().map(entry).collect();
+        let (asked, legs_left) = (Asked::new(), Cell::new(most_legs));
+        let among = Among { rule, map, entries: &entries, asked: &asked, limits, legs_left: &legs_left };
+        let trip = Trip { from, to, begins: Duration::ZERO, lands_from_m: Some(preferred_m) };
+        let way = find(trip, among).ok().map(|TimedWay { mut points, entered, .. }| {
+            points.remove(0);
+            // The landing.
+            points.pop();
+            (points, entered.into_iter().map(|it| rule.areas[it].name.clone()).collect())
+        });
+        Found { way, legs: most_legs - legs_left.get() }
     }
 }
 
@@ -372,6 +304,7 @@ mod tests {
         highest_m: 120.0,
         clearance_m: 20.0,
         margin_m: 10.0,
+        height_clearance_m: 1.0,
     };
 
     fn at(north: f64, east: f64, height: f64) -> Ned {
@@ -381,6 +314,13 @@ mod tests {
     fn rounded(way: Option<Vec<Ned>>) -> Option<Vec<(f64, f64, f64)>> {
         let point = |it: &Ned| (it.north_m.round() + 0.0, it.east_m.round() + 0.0, it.height_m().round());
         way.map(|way| way.iter().map(point).collect())
+    }
+
+    /// The way to `to`, in whole metres.
+    fn way(areas: &[Area], grants: &Grants, from: Ned, to: Ned, preferred_m: f64) -> Option<Vec<(f64, f64, f64)>> {
+        let map = AreaMap::new(areas);
+        let around = Surroundings { airspace: airspace(areas, grants), map: &map, limits: &LIMITS };
+        rounded(around.way_within(from, to, preferred_m, MOST_LEGS).way)
     }
 
     #[test]
@@ -446,13 +386,12 @@ mod tests {
         let round = |ceiling_m| Area { holes: vec![hole.clone()], ceiling_m, ..area("R", AreaKind::KeepOut, &outline) };
         let check = |ceiling_m, to: Ned, expected: Option<&[(f64, f64, f64)]>| {
             let (areas, grants) = ([round(ceiling_m)], Grants::new());
-            let way = way_to(at(150.0, -100.0, 15.0), to, 15.0, &airspace(&areas, &grants), &LIMITS);
-            assert_eq!(rounded(way).as_deref(), expected, "{to:?}");
+            assert_eq!(way(&areas, &grants, at(150.0, -100.0, 15.0), to, 15.0).as_deref(), expected, "{to:?}");
         };
         let across = at(150.0, 100.0, 0.0);
         check(None, across, Some(&[(-110.0, -60.0, 15.0), (-110.0, 60.0, 15.0), (150.0, 100.0, 15.0)]));
         check(None, at(0.0, 1_500.0, 0.0), None);
-        let over = [(150.0, -100.0, 23.0), (0.0, 1_500.0, 23.0)];
+        let over = [(146.0, -60.0, 23.0), (55.0, 910.0, 23.0), (0.0, 1_500.0, 15.0)];
         check(Some(20.0), at(0.0, 1_500.0, 0.0), Some(&over));
     }
 
@@ -484,8 +423,7 @@ mod tests {
     #[track_caller]
     fn check_way(areas: &[Area], from: Ned, preferred_m: f64, expected: Option<&[(f64, f64, f64)]>) {
         let grants = Grants::new();
-        let way = way_to(from, Ned::default(), preferred_m, &airspace(areas, &grants), &LIMITS);
-        assert_eq!(rounded(way).as_deref(), expected, "from {from:?}");
+        assert_eq!(way(areas, &grants, from, Ned::default(), preferred_m).as_deref(), expected, "from {from:?}");
     }
 
     #[test]
@@ -503,7 +441,12 @@ mod tests {
             ceiling_m: Some(20.0),
             ..area("W", AreaKind::KeepOut, &[(-900.0, 100.0), (900.0, 100.0), (900.0, 300.0), (-900.0, 300.0)])
         };
-        check_way(&[low_wall], at(0.0, 400.0, 15.0), 15.0, Some(&[(0.0, 400.0, 23.0), (0.0, 0.0, 23.0)]));
+        check_way(
+            &[low_wall],
+            at(0.0, 400.0, 15.0),
+            15.0,
+            Some(&[(0.0, 310.0, 23.0), (0.0, 90.0, 23.0), (0.0, 0.0, 15.0)]),
+        );
         // Under a ceiling that is lower than the preferred height.
         let roof = Area {
             floor_m: Some(12.0),

@@ -6,8 +6,10 @@ use super::*;
 use crate::airspace::Grants;
 use crate::airspace::tests::{airspace, area, square};
 use crate::area::{Area, AreaKind};
+use crate::area_map::AreaMap;
 use crate::speeds::Speeds;
 use crate::testing;
+use crate::way::FlightLimits;
 
 const LIMITS: FlightLimits = FlightLimits {
     speeds: Speeds::calm(10.0, 3.0, 1.5),
@@ -15,6 +17,7 @@ const LIMITS: FlightLimits = FlightLimits {
     highest_m: 120.0,
     clearance_m: 20.0,
     margin_m: 10.0,
+    height_clearance_m: 2.0,
 };
 
 fn energy() -> EnergyModel {
@@ -159,9 +162,10 @@ fn why_a_place_cannot_be_reached_is_said_with_its_figures() {
 fn check_way(areas: &[Area], held: &[&str], to: Ned, expected: Option<(f64, &[&str])>) {
     let grants: Grants = held.iter().map(|it| ((*it).to_owned(), std::time::Duration::from_secs(900))).collect();
     let energy = energy();
-    let airspace = airspace(areas, &grants);
+    let map = AreaMap::new(areas);
+    let around = Surroundings { airspace: airspace(areas, &grants), map: &map, limits: &LIMITS };
     let from = Ned::new(0.0, 0.0, -30.0);
-    let view = Viewpoint { from, height_m: 30.0, airspace, limits: &LIMITS, energy: &energy, wind: Wind::CALM };
+    let view = Viewpoint { from, height_m: 30.0, around, energy: &energy, wind: Wind::CALM };
     let found = view.look_at(to, 20_000);
     let told =
         found.way.as_ref().map(|it| (it.length_m.round(), it.needs.iter().map(String::as_str).collect::<Vec<_>>()));
@@ -194,8 +198,9 @@ fn a_search_without_effort_finds_nothing_and_says_what_it_has_looked_at() {
     let areas = [Area { ceiling_m: None, ..square(AreaKind::KeepOut) }];
     let (grants, energy) = (Grants::new(), energy());
     let from = Ned::new(0.0, 0.0, -30.0);
-    let airspace = airspace(&areas, &grants);
-    let view = Viewpoint { from, height_m: 30.0, airspace, limits: &LIMITS, energy: &energy, wind: Wind::CALM };
+    let map = AreaMap::new(&areas);
+    let around = Surroundings { airspace: airspace(&areas, &grants), map: &map, limits: &LIMITS };
+    let view = Viewpoint { from, height_m: 30.0, around, energy: &energy, wind: Wind::CALM };
     let to = Ned::new(0.0, 400.0, 0.0);
     assert_eq!(view.look_at(to, 0).way, None);
     let found = view.look_at(to, 20_000);

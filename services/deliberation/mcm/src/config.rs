@@ -10,6 +10,10 @@ use domain::time::Pace;
 use domain::way::FlightLimits;
 use serde::Deserialize;
 
+/// Ways lead past under and over areas this far beyond the vertical margin, in metres. (ENG: the planner's `vertical_tolerance_m`, as
+/// shipped.)
+const HEIGHT_CLEARANCE_M: f64 = 2.0;
+
 /// `[mcm]` in the configuration file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -201,6 +205,7 @@ impl Config {
                 highest_m: self.highest_m.get(),
                 clearance_m: self.clearance_m.get(),
                 margin_m: self.margin_m.get(),
+                height_clearance_m: HEIGHT_CLEARANCE_M,
             },
             farthest_out_m: self.farthest_out_m.get(),
             vertical_margin_m: self.vertical_margin_m.get(),

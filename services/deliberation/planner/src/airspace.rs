@@ -1,17 +1,18 @@
 //! The areas as one request for a plan sees them: the airspace rule, and what it takes to get each permission.
 
 use std::cell::Cell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use domain::airspace::{self, Clock, Grants, Motion, Stay, latest, soonest, stays};
 use domain::area::{Area, AreaKind};
+use domain::area_map::AreaMap;
 use domain::geometry::Ned;
 use domain::plan::PermissionNeed;
 use domain::state::State;
 use domain::time::{Now, Pace};
+use domain::way::Asked;
 
-use crate::area_map::AreaMap;
 use crate::config::Config;
 use crate::permissions::{Permissions, Standing};
 
@@ -42,9 +43,6 @@ pub(crate) enum Access {
         reason: String,
     },
 }
-
-/// Zones that a plan has asked for in an earlier step, by their index.
-pub(crate) type Asked = BTreeSet<usize>;
 
 /// Areas that a request has found to be of no use, with the reason for the mission report.
 pub(crate) type Closures = BTreeMap<String, String>;
@@ -94,8 +92,7 @@ impl<'a> Airspace<'a> {
 
     /// Whether a vehicle in the air at `point` must leave an area now.
     pub(crate) fn is_trespassed(&self, point: Ned) -> bool {
-        let is_trespassed = |zone: usize| self.alone(zone).trespassed(point).next().is_some();
-        self.map.along(point, point).into_iter().any(is_trespassed)
+        self.map.is_trespassed(&self.rule, point)
     }
 
     /// The rule for one zone.
@@ -160,6 +157,11 @@ impl<'a> Airspace<'a> {
         self.zones.iter().filter_map(left).collect()
     }
 
+    /// The zone of this name.
+    pub(crate) fn zone(&self, name: &str) -> Option<&Zone<'a>> {
+        self.zones.iter().find(|zone| zone.area.name == name)
+    }
+
     /// Whether the time window of the area has closed, or its hours have and come again only after the permission that was to be asked
     /// for would have served, so that it is needed no more.
     pub(crate) fn has_ended(&self, need: &PermissionNeed) -> bool {
@@ -167,14 +169,14 @@ impl<'a> Airspace<'a> {
             None => true,
             Some((opens, _)) => area.hours.is_some() && need.lasts < opens,
         };
-        self.zones.iter().any(|zone| zone.area.name == need.area && is_over(zone.area))
+        self.zone(&need.area).is_some_and(|zone| is_over(zone.area))
     }
 
     /// Whether the permission for `area` was refused or too short, and is not held; it may have been asked for before the
     /// area applies.
     pub(crate) fn was_denied(&self, area: &str) -> bool {
         let is_held = self.rule.grants.get(area).is_some_and(|remaining| self.rule.lead < *remaining);
-        let zone = self.zones.iter().find(|zone| zone.area.name == area).filter(|_| !is_held);
+        let zone = self.zone(area).filter(|_| !is_held);
         zone.is_some_and(|zone| match &zone.access {
             Access::Ask { denied, at_most, .. } => *denied || at_most.is_some(),
             Access::Closed { .. } => true,

@@ -5,12 +5,13 @@ use std::time::Duration;
 
 use domain::airspace::{Airspace, Clock, Grants};
 use domain::alternates::{Alternate, Candidate, Charge, Viewpoint, candidates, rank};
+use domain::area_map::AreaMap;
 use domain::energy::Wind;
 use domain::geometry::Ned;
 use domain::mission::Mission;
 use domain::quantity::Fraction;
 use domain::time::Now;
-use domain::way::Found;
+use domain::way::{Found, Surroundings};
 
 use crate::forecast::{LegForecast, MissionForecast};
 use crate::mission_planner::MissionPlanner;
@@ -28,7 +29,8 @@ pub(crate) fn with_alternates(
     now: Now,
 ) -> MissionForecast {
     let places = candidates(None, &mission.sites, &mission.objectives);
-    let mut search = Search { planner, mission, places, wind, legs_left: MOST_LEGS };
+    let map = AreaMap::new(&mission.areas);
+    let mut search = Search { planner, mission, map, places, wind, legs_left: MOST_LEGS };
     for objective in &mut forecast.objectives {
         let mut at_s = objective.begins_s;
         for leg in &mut objective.legs {
@@ -43,6 +45,7 @@ pub(crate) fn with_alternates(
 struct Search<'a> {
     planner: &'a MissionPlanner,
     mission: &'a Mission,
+    map: AreaMap,
     places: Vec<Candidate>,
     wind: Wind,
     legs_left: u32,
@@ -62,17 +65,17 @@ impl Search<'_> {
         let judge = self.planner.judge();
         let (config, limits) = (judge.config, judge.config.in_wind(self.wind).flight_limits());
         let grants: Grants = leg.held.iter().map(|it| (it.clone(), Duration::MAX)).collect();
+        let airspace = Airspace {
+            areas: &self.mission.areas,
+            grants: &grants,
+            clock: Clock { utc_ms: at.utc_ms, pace: self.planner.pace() },
+            lead: config.grant_lead_s.seconds(),
+            vertical_margin_m: config.vertical_margin_m.get(),
+        };
         let view = Viewpoint {
             from: here,
             height_m: here.height_m().max(limits.least_height_m),
-            airspace: Airspace {
-                areas: &self.mission.areas,
-                grants: &grants,
-                clock: Clock { utc_ms: at.utc_ms, pace: self.planner.pace() },
-                lead: config.grant_lead_s.seconds(),
-                vertical_margin_m: config.vertical_margin_m.get(),
-            },
-            limits: &limits,
+            around: Surroundings { airspace, map: &self.map, limits: &limits },
             energy: judge.model,
             wind: self.wind,
         };

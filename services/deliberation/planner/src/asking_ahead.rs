@@ -59,8 +59,7 @@ fn beginnings(steps: &[Step], config: &Config) -> Vec<Duration> {
 fn is_of_use(need: &PermissionNeed, asked_at: Duration, before: &[Step], airspace: &Airspace) -> bool {
     let held = airspace.rule.grants.get(&need.area);
     let is_held = held.is_some_and(|remaining| asked_at.saturating_add(need.lasts) <= *remaining);
-    let zone = airspace.zones.iter().find(|zone| zone.area.name == need.area);
-    let may_help = zone.is_some_and(|zone| match &zone.access {
+    let may_help = airspace.zone(&need.area).is_some_and(|zone| match &zone.access {
         Access::Ask { denied, at_most, .. } => !denied && at_most.is_none_or(|longest| need.lasts <= longest),
         Access::Closed { .. } => false,
     });

@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use domain::airspace::Motion;
 use domain::geometry::Ned;
+use domain::way::{Asked, TimedWay};
 
-use crate::airspace::{Airspace, Asked};
+use crate::airspace::Airspace;
 use crate::config::Config;
-use crate::routing::Way;
 
 /// A part of a way, flown as one step.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +25,7 @@ pub(crate) struct Section {
 pub(crate) const SAME_PLACE_M: f64 = 1.0;
 
 /// `way` cut into sections, for a plan that has asked for `asked` before.
-pub(crate) fn sections(way: &Way, airspace: &Airspace, asked: &Asked, config: &Config) -> Vec<Section> {
+pub(crate) fn sections(way: &TimedWay, airspace: &Airspace, asked: &Asked, config: &Config) -> Vec<Section> {
     let milestones = milestones(&way.points);
     // The vehicle does not wait on the way out of an area.
     let earliest_m = milestones.get(way.legs_out).copied().unwrap_or(0.0);
@@ -69,7 +69,7 @@ struct Border {
 
 /// Where each barred zone is entered for the first time, in order. Once asked for, it may be left
 /// and entered again.
-fn borders(way: &Way, milestones: &[f64], airspace: &Airspace, asked: &Asked, config: &Config) -> Vec<Border> {
+fn borders(way: &TimedWay, milestones: &[f64], airspace: &Airspace, asked: &Asked, config: &Config) -> Vec<Border> {
     let mut asked = asked.clone();
     let mut found = Vec::new();
     let legs = std::iter::zip(way.points.windows(2), &way.at);
@@ -104,7 +104,7 @@ fn group(mut borders: Vec<Border>, stand_off_m: f64, earliest_m: f64) -> Vec<Wai
     waits
 }
 
-fn point_at(at_m: f64, way: &Way, milestones: &[f64]) -> (Ned, Duration) {
+fn point_at(at_m: f64, way: &TimedWay, milestones: &[f64]) -> (Ned, Duration) {
     let leg = milestones.partition_point(|it| *it <= at_m).clamp(1, milestones.len() - 1);
     let (start_m, end_m) = (milestones[leg - 1], milestones[leg]);
     let fraction = if end_m > start_m { ((at_m - start_m) / (end_m - start_m)).clamp(0.0, 1.0) } else { 0.0 };

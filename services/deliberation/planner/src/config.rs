@@ -188,7 +188,7 @@ impl Config {
         }
     }
 
-    /// How the vehicle flies out of an area.
+    /// How the vehicle flies.
     pub(crate) fn flight_limits(&self) -> FlightLimits {
         FlightLimits {
             speeds: self.speeds(),
@@ -196,6 +196,7 @@ impl Config {
             highest_m: self.highest_m.get(),
             clearance_m: self.stand_off_m.get(),
             margin_m: self.margin_m(),
+            height_clearance_m: self.vertical_tolerance_m.get(),
         }
     }
 }

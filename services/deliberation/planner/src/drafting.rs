@@ -9,9 +9,10 @@ use domain::geometry::Ned;
 use domain::plan::{Parameters, PermissionNeed};
 use domain::skill::Goal;
 use domain::state::{State, Tolerance};
+use domain::way::Asked;
 
 use crate::actions::{Action, Waits, position::Position, release, stop::Stop};
-use crate::airspace::{Access, Airspace, Asked};
+use crate::airspace::{Access, Airspace};
 use crate::back_chaining::{self, Link, NoChain};
 use crate::communication::{SAME_PLACE_M, Section, sections};
 use crate::config::Config;

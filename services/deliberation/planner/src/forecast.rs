@@ -153,15 +153,12 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
                 planner.pass_turns_of(&steps);
                 planner.flown(last, true, &state, now);
             }
-            Answer::Hold { wait, reason } => {
-                forecast.wait = reason;
-                let hover_wh = planner.judge().stay_wh(&state, wait.as_secs_f64());
-                (forecast.energy_wh, used_wh) = (forecast.energy_wh + hover_wh, used_wh + hover_wh);
-                now = planner.after(now, wait);
-            }
-            Answer::Dwell { wait, .. } => {
-                forecast.stay_s = wait.as_secs_f64();
-                let stay_wh = planner.judge().stay_wh(&state, forecast.stay_s);
+            Answer::Hold { wait, reason, planned } => {
+                match planned {
+                    true => forecast.stay_s = wait.as_secs_f64(),
+                    false => forecast.wait = reason,
+                }
+                let stay_wh = planner.judge().stay_wh(&state, wait.as_secs_f64());
                 (forecast.energy_wh, used_wh) = (forecast.energy_wh + stay_wh, used_wh + stay_wh);
                 now = planner.after(now, wait);
             }

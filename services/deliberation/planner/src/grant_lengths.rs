@@ -39,8 +39,7 @@ pub(crate) fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
 pub(crate) fn too_short(steps: &[Step], airspace: &Airspace) -> Option<TooShort> {
     let needs = steps.iter().flat_map(|step| &step.communication.ask);
     needs.into_iter().find_map(|need| {
-        let zone = airspace.zones.iter().find(|zone| zone.area.name == need.area)?;
-        let Access::Ask { at_most: Some(granted), .. } = zone.access else { return None };
+        let Access::Ask { at_most: Some(granted), .. } = airspace.zone(&need.area)?.access else { return None };
         (granted < need.lasts).then(|| {
             let (area, granted_s, needed_s) = (&need.area, granted.as_secs(), need.lasts.as_secs());
             let reason = format!("the permission for area {area} holds for {granted_s} s, {needed_s} s are needed");
@@ -51,7 +50,7 @@ pub(crate) fn too_short(steps: &[Step], airspace: &Airspace) -> Option<TooShort>
 
 /// For how long the permission for `area` must hold if it is asked for during the first of `steps`, which begins then.
 fn length(area: &str, steps: &[Step], begins: Duration, airspace: &Airspace, config: &Config) -> Duration {
-    let Some(zone) = airspace.zones.iter().find(|zone| zone.area.name == area) else { return Duration::ZERO };
+    let Some(zone) = airspace.zone(area) else { return Duration::ZERO };
     let (mut flown, mut left) = (Duration::ZERO, Duration::ZERO);
     for (index, step) in steps.iter().enumerate() {
         if 0 < index && step.asks_for(area) {
@@ -80,11 +79,9 @@ fn length(area: &str, steps: &[Step], begins: Duration, airspace: &Airspace, con
 
 /// The flight of `step`, and the wait for what it asks for.
 pub(crate) fn duration(step: &Step, airspace: &Airspace, config: &Config) -> Duration {
-    let waits = step.communication.ask.iter().filter_map(|need| {
-        match airspace.zones.iter().find(|zone| zone.area.name == need.area)?.access {
-            Access::Ask { wait_s, .. } => Some(wait_s),
-            Access::Closed { .. } => None,
-        }
+    let waits = step.communication.ask.iter().filter_map(|need| match airspace.zone(&need.area)?.access {
+        Access::Ask { wait_s, .. } => Some(wait_s),
+        Access::Closed { .. } => None,
     });
     let wait = Duration::try_from_secs_f64(waits.fold(0.0, f64::max)).unwrap_or(Duration::MAX);
     step.flight_time(config).saturating_add(wait)

@@ -1,12 +1,11 @@
 //! The areas of the last missions, with maps of them: a cache that may be thrown away.
 
 use domain::area::Area;
+use domain::area_map::AreaMap;
 use domain::feed::Feed;
 use domain::mission::MissionAreas;
 use domain::wire::InvalidMessage;
 use kittiwake_proto::Bytes;
-
-use crate::area_map::AreaMap;
 
 /// The areas of the present mission, and those of one that is tried out.
 const MOST_KNOWN: usize = 2;

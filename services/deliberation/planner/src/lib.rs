@@ -20,7 +20,6 @@ use node::{Answers, Effect, Event, Node};
 mod actions;
 mod airspace;
 mod alternates;
-mod area_map;
 mod asking_ahead;
 mod back_chaining;
 mod communication;
@@ -112,8 +111,7 @@ impl Planner {
         };
         let reply = match core.replan(Question { state, grants, failed, denials }, now) {
             Answer::Plan(_) => PlanReply::Plan(core.plan()),
-            Answer::Hold { wait, reason } => PlanReply::Hold { wait, reason, planned: false },
-            Answer::Dwell { wait, reason } => PlanReply::Hold { wait, reason, planned: true },
+            Answer::Hold { wait, reason, planned } => PlanReply::Hold { wait, reason, planned },
             Answer::Finished => PlanReply::Finished,
         };
         let (mission, notes) = core.course();

@@ -23,9 +23,9 @@ use domain::state::{State, Tolerance};
 use domain::time::{Now, Pace, Time};
 
 use domain::airspace::Grants;
+use domain::area_map::AreaMap;
 
 use crate::airspace::{self, Airspace, Closures};
-use crate::area_map::AreaMap;
 use crate::asking_ahead;
 use crate::config::Config;
 use crate::drafting::{Unreachable, draft};
@@ -105,13 +105,8 @@ pub(crate) enum Answer {
         wait: Duration,
         /// For the operator.
         reason: String,
-    },
-    /// Nothing now: the vehicle stays at the objective; ask again after the wait.
-    Dwell {
-        /// Mission time.
-        wait: Duration,
-        /// For the operator.
-        reason: String,
+        /// The vehicle stays at the objective, as the mission has it.
+        planned: bool,
     },
     /// Nothing any more: every objective is terminal.
     Finished,
@@ -219,7 +214,7 @@ impl MissionPlanner {
                     self.arrived(now);
                     continue;
                 }
-                return Answer::Dwell { wait, reason: feasibility::stays(objective, wait) };
+                return Answer::Hold { wait, reason: feasibility::stays(objective, wait), planned: true };
             }
             objective.dwells_since = None;
             let ahead = if objective.is_line_left(&state, failed.as_ref().map(|it| it.step.way()), tolerance) {
@@ -237,9 +232,7 @@ impl MissionPlanner {
                         .hold_until_over(&airspace, &state, &ahead, &grants, now)
                         .or_else(|| self.hold_until_new_grant(&state, &ahead, &grants, &closures, now));
                     if let Some(hold) = hold {
-                        let Hold { wait, reason, .. } = hold.clone();
-                        self.hold = Some(hold);
-                        return Answer::Hold { wait, reason };
+                        return self.holds(hold);
                     }
                     self.conclude(Progress::Failure(unreachable.to_string()));
                     closures.clear();
@@ -256,9 +249,7 @@ impl MissionPlanner {
                 now,
             };
             if let Some(hold) = self.worth_waiting(plan_now) {
-                let Hold { wait, reason, .. } = hold.clone();
-                self.hold = Some(hold);
-                return Answer::Hold { wait, reason };
+                return self.holds(hold);
             }
             if let Some((index, reason)) = self.infeasible(&steps, &state, now) {
                 if index == self.objectives.current_index() {
@@ -283,11 +274,15 @@ impl MissionPlanner {
                 return self.adopt(without_asking_at(steps, position));
             }
             if self.permissions.may_hold(&hold.area, hold.wait, &self.config) {
-                let Hold { wait, reason, .. } = hold.clone();
-                self.hold = Some(hold);
-                return Answer::Hold { wait, reason };
+                return self.holds(hold);
             }
         }
+    }
+
+    /// The vehicle waits.
+    fn holds(&mut self, hold: Hold) -> Answer {
+        let Hold { wait, reason, .. } = self.hold.insert(hold).clone();
+        Answer::Hold { wait, reason, planned: false }
     }
 
     /// `step` was flown and left the vehicle in `state`; `is_end`: nothing is left of its plan.

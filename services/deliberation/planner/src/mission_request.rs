@@ -80,6 +80,9 @@ impl Refusal {
     }
 }
 
+/// A settled mission is over for good: the manager lands and reports.
+const OVER: &str = "the mission is over: every objective is settled";
+
 /// The end of the mission.
 #[derive(Debug, Default)]
 pub(crate) struct End {
@@ -95,6 +98,11 @@ impl End {
     /// Whether nothing of the planner's mission is flown any more.
     fn is_of_this_mission(&self) -> bool {
         !self.why.is_empty() && !self.next_waits
+    }
+
+    /// Why nothing is flown any more.
+    fn in_words(&self) -> &str {
+        if self.why.is_empty() { OVER } else { &self.why }
     }
 }
 
@@ -112,12 +120,8 @@ pub(crate) fn answer(
         planner.forget_answers_of_tower();
     }
     match request {
-        MissionRequest::Upload(text) if !end.why.is_empty() || planner.is_over() => {
-            upload_for_next_flight(planner, &text, state, end, now)
-        }
         MissionRequest::Airspace { .. } if end.is_of_this_mission() || planner.is_over() => {
-            let why = if end.why.is_empty() { "the mission is over: every objective is settled" } else { &end.why };
-            Err(Refusal::new(format!("{why}: upload the next mission with the new airspace")))
+            Err(Refusal::new(format!("{}: upload the next mission with the new airspace", end.in_words())))
         }
         MissionRequest::Airspace { text, is_tried } => new_airspace::adopt(planner, &text, is_tried, state, now),
         MissionRequest::Insert(..) if end.is_of_this_mission() => {
@@ -127,7 +131,7 @@ pub(crate) fn answer(
             Err(Refusal::new(format!("{}: nothing is left to leave out", end.why)))
         }
         MissionRequest::Validate(text, wind) => validate(planner, &text, wind, state, now).map(|(_, done)| done),
-        MissionRequest::Upload(text) => upload(planner, &text, state, now),
+        MissionRequest::Upload(text) => upload(planner, &text, state, end, now),
         MissionRequest::Insert(index, objective) => insert(planner, index, objective, state, now),
         MissionRequest::Remove(name) => remove(planner, &name),
         MissionRequest::Skip { objective, operator } => skip(planner, &objective, &operator),
@@ -142,11 +146,7 @@ fn validate(
     state: &State,
     now: Now,
 ) -> Result<(Mission, Done), Refusal> {
-    // Of what comes over the bus its own limit is lower; `kittiwake plan` asks in the same process.
-    if LARGEST_BYTES < text.len() as u64 {
-        return Err(Refusal::new(format!("the text has {} bytes, more than the limit of {LARGEST_BYTES}", text.len())));
-    }
-    let mission = Mission::read(&source(text)).map_err(mistakes_in_text)?;
+    let mission = Mission::read(&source(text)?).map_err(mistakes_in_text)?;
     match planner.misfit(mission.origin) {
         // On the ground the mission waits until the vehicle knows its place.
         Some(Misfit::Unknown) if !state.flying => {}
@@ -154,22 +154,38 @@ fn validate(
         None => {}
     }
     let wind = wind.unwrap_or(planner.judge().wind);
-    let forecast = planner.forecast(&mission, state, now, wind);
-    let forecast = with_alternates(forecast, planner, &mission, wind, now);
-    if let Some(why) = not_flown(&forecast) {
-        return Err(Refusal { forecast: Some(Box::new(forecast)), ..Refusal::new(why) });
-    }
+    let forecast = judged(planner, &mission, wind, state, now)?;
     let text = match left_out(&forecast.objectives) {
         None => format!("every objective of `{}` can be reached", mission.name),
         Some(left_out) => format!("every required objective of `{}` can be reached; {left_out}", mission.name),
     };
     let text = planner.with_wind(text, &mission);
-    Ok((mission, Done { text, forecast: Some(Box::new(forecast)) }))
+    Ok((mission, Done { text, forecast: Some(forecast) }))
+}
+
+/// What `mission` takes, if it is to be flown.
+pub(crate) fn judged(
+    planner: &MissionPlanner,
+    mission: &Mission,
+    wind: Wind,
+    state: &State,
+    now: Now,
+) -> Result<Box<MissionForecast>, Refusal> {
+    let forecast = planner.forecast(mission, state, now, wind);
+    let forecast = Box::new(with_alternates(forecast, planner, mission, wind, now));
+    match not_flown(&forecast) {
+        Some(why) => Err(Refusal { forecast: Some(forecast), ..Refusal::new(why) }),
+        None => Ok(forecast),
+    }
 }
 
 /// The text as a file.
-pub(crate) fn source(text: &str) -> Source {
-    Source { path: "mission".into(), text: text.to_owned() }
+pub(crate) fn source(text: &str) -> Result<Source, Refusal> {
+    // Of what comes over the bus its own limit is lower; `kittiwake plan` asks in the same process.
+    if LARGEST_BYTES < text.len() as u64 {
+        return Err(Refusal::new(format!("the text has {} bytes, more than the limit of {LARGEST_BYTES}", text.len())));
+    }
+    Ok(Source { path: "mission".into(), text: text.to_owned() })
 }
 
 pub(crate) fn mistakes_in_text(mistakes: Mistakes) -> Refusal {
@@ -181,7 +197,7 @@ pub(crate) fn mistakes_in_text(mistakes: Mistakes) -> Refusal {
 }
 
 /// Why a mission with this forecast is not to be flown, if so.
-pub(crate) fn not_flown(forecast: &MissionForecast) -> Option<String> {
+fn not_flown(forecast: &MissionForecast) -> Option<String> {
     let unreachable = words_of(forecast.objectives.iter().filter(|it| it.worth.is_none()));
     unreachable.or_else(|| Some(format!("the mission {}", forecast.shortfall()?)))
 }
@@ -197,31 +213,19 @@ fn words_of<'a>(forecast: impl Iterator<Item = &'a Forecast>) -> Option<String> 
     (!found.is_empty()).then(|| found.join("; "))
 }
 
-fn upload(planner: &mut MissionPlanner, text: &str, state: &State, now: Now) -> Result<Done, Refusal> {
-    let (mission, done) = validate(planner, text, None, state, now)?;
-    let text = format!("`{}` takes the place of `{}`", mission.name, planner.mission().name);
-    let text = new_airspace::with_feeds(text, planner.mission(), &mission, now);
-    let text = planner.with_wind(text, &mission);
-    planner.take_over(mission);
-    Ok(Done { text, ..done })
-}
-
-/// Nothing of the mission is flown any more: the next one is taken where the vehicle stands, but not before the report, which is about the
-/// objectives of the flight.
-fn upload_for_next_flight(
-    planner: &mut MissionPlanner,
-    text: &str,
-    state: &State,
-    end: &End,
-    now: Now,
-) -> Result<Done, Refusal> {
-    if state.flying || end.is_flown {
-        let why = if end.why.is_empty() { "the mission is over: every objective is settled" } else { &end.why };
+/// The mission in `text` takes the place of the present one. If nothing of that is flown any more, it is taken where the vehicle stands,
+/// but not before the report, which is about the objectives of the flight.
+fn upload(planner: &mut MissionPlanner, text: &str, state: &State, end: &End, now: Now) -> Result<Done, Refusal> {
+    let waits = !end.why.is_empty() || planner.is_over();
+    if waits && (state.flying || end.is_flown) {
         let once = if state.flying { "the vehicle has landed" } else { "its end is reported" };
-        return Err(Refusal::new(format!("{why}: nobody would fly it; upload it once {once}")));
+        return Err(Refusal::new(format!("{}: nobody would fly it; upload it once {once}", end.in_words())));
     }
     let (mission, done) = validate(planner, text, None, state, now)?;
-    let text = format!("`{}` waits for an operator's start", mission.name);
+    let text = match waits {
+        true => format!("`{}` waits for an operator's start", mission.name),
+        false => format!("`{}` takes the place of `{}`", mission.name, planner.mission().name),
+    };
     let text = new_airspace::with_feeds(text, planner.mission(), &mission, now);
     let text = planner.with_wind(text, &mission);
     planner.take_over(mission);
@@ -235,7 +239,9 @@ fn insert(
     state: &State,
     now: Now,
 ) -> Result<Done, Refusal> {
-    refuse_if_over(planner)?;
+    if planner.is_over() {
+        return Err(Refusal::new(OVER));
+    }
     let (all, current) = (planner.objectives().all(), planner.objectives().current_index());
     if index < current {
         let text = format!("objective {index} is settled; the first place to insert at is {current}");
@@ -266,7 +272,7 @@ fn insert(
     }
     let inserted = Mission { objectives: vec![objective.clone()], ..planner.mission().clone() };
     let text = planner.with_wind(format!("objective `{}` inserted at {index}", objective.name), &inserted);
-    planner.insert(index, objective);
+    planner.change(index, |it| it.insert(index, &objective));
     Ok(Done { text, forecast: Some(Box::new(forecast)) })
 }
 
@@ -276,14 +282,14 @@ fn remove(planner: &mut MissionPlanner, name: &str) -> Result<Done, Refusal> {
         let text = format!("`{name}` is the only objective; skip it, or upload another mission");
         return Err(Refusal::new(text));
     }
-    planner.remove(index);
+    planner.change(index, |it| it.remove(index));
     Ok(Done::new(format!("objective `{name}` removed")))
 }
 
 fn skip(planner: &mut MissionPlanner, name: &str, operator: &str) -> Result<Done, Refusal> {
     let index = waiting(planner, name)?;
     let by = if operator.is_empty() { "the operator" } else { operator };
-    planner.skip(index, format!("skipped by {by}"));
+    planner.change(index, |it| it.give_up(index, format!("skipped by {by}")));
     Ok(Done::new(format!("objective `{name}` skipped")))
 }
 
@@ -296,13 +302,5 @@ fn waiting(planner: &MissionPlanner, name: &str) -> Result<usize, Refusal> {
         Progress::Waiting => Ok(index),
         Progress::Success => Err(Refusal::new(format!("objective `{name}` has been reached"))),
         Progress::Failure(reason) => Err(Refusal::new(format!("objective `{name}` has failed: {reason}"))),
-    }
-}
-
-/// A settled mission is over for good: the manager lands and reports.
-fn refuse_if_over(planner: &MissionPlanner) -> Result<(), Refusal> {
-    match planner.is_over() {
-        false => Ok(()),
-        true => Err(Refusal::new("the mission is over: every objective is settled")),
     }
 }

@@ -2,16 +2,15 @@
 //! it is, with what was reached.
 
 use domain::area::Area;
-use domain::file::{LARGEST_BYTES, MOST_MISTAKES};
+use domain::file::MOST_MISTAKES;
 use domain::mission::bounds::{MOST_AREAS, MOST_CORNERS};
 use domain::mission::feeds::Airspace;
 use domain::mission::{Mission, unfit_landing_site};
 use domain::state::State;
 use domain::time::Now;
 
-use crate::alternates::with_alternates;
 use crate::mission_planner::MissionPlanner;
-use crate::mission_request::{Done, Refusal, mistakes_in_text, not_flown, source};
+use crate::mission_request::{Done, Refusal, judged, mistakes_in_text, source};
 
 /// The areas of the mission file `text` that came from feeds take the place of the present ones, if what is left of the mission can be
 /// flown then. With `is_tried` nothing is changed.
@@ -22,22 +21,14 @@ pub(crate) fn adopt(
     state: &State,
     now: Now,
 ) -> Result<Done, Refusal> {
-    if LARGEST_BYTES < text.len() as u64 {
-        return Err(Refusal::new(format!("the text has {} bytes, more than the limit of {LARGEST_BYTES}", text.len())));
-    }
-    let airspace = Airspace::read(&source(text)).map_err(mistakes_in_text)?;
+    let airspace = Airspace::read(&source(text)?).map_err(mistakes_in_text)?;
     let mission = with_airspace(planner.rest_of_mission(), airspace)?;
     let last = mission.objectives.len().saturating_sub(1);
     let mut objectives = mission.objectives.iter().enumerate();
     if let Some(why) = objectives.find_map(|(index, it)| mission.unfit_place(it, index == last)) {
         return Err(Refusal::new(format!("{why}; skip or remove it first, or leave that area out")));
     }
-    let wind = planner.judge().wind;
-    let forecast = planner.forecast(&mission, state, now, wind);
-    let forecast = with_alternates(forecast, planner, &mission, wind, now);
-    if let Some(why) = not_flown(&forecast) {
-        return Err(Refusal { forecast: Some(Box::new(forecast)), ..Refusal::new(why) });
-    }
+    let forecast = judged(planner, &mission, planner.judge().wind, state, now)?;
     let verb = if is_tried { "would be adopted" } else { "adopted" };
     let text = format!("new airspace {verb}");
     let text = with_feeds(text, planner.mission(), &mission, now);
@@ -46,7 +37,7 @@ pub(crate) fn adopt(
     if !is_tried {
         planner.replace_airspace(mission.areas, mission.feeds);
     }
-    Ok(Done { text, forecast: Some(Box::new(forecast)) })
+    Ok(Done { text, forecast: Some(forecast) })
 }
 
 /// The mission with its own areas, and with those of feeds in place of the ones that came from feeds before.

@@ -6,8 +6,9 @@ use std::time::Duration;
 use domain::geometry::Ned;
 use domain::plan::PermissionNeed;
 use domain::state::{State, Tolerance};
+use domain::way::Asked;
 
-use crate::airspace::{Airspace, Asked};
+use crate::airspace::Airspace;
 use crate::config::Config;
 use crate::drafting::draft;
 use crate::plan::Step;

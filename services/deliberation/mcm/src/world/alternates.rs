@@ -251,8 +251,7 @@ impl World {
         Viewpoint {
             from: here,
             height_m: self.transit_height_m(here),
-            airspace: self.airspace(grants, self.setup.limits.leave_lead),
-            limits,
+            around: self.surroundings(grants, limits),
             energy,
             wind: self.wind(),
         }

@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use domain::airspace::latest;
+use domain::airspace::{Grants, latest};
 use domain::area::{Area, AreaKind};
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::mission::unfit_landing_site;
-use domain::way::{self, Found, Leaving, MOST_LEGS};
+use domain::way::{self, FlightLimits, Found, Leaving, MOST_LEGS, Surroundings};
 
 use super::World;
 use super::control::OF_ITS_OWN;
@@ -127,8 +127,8 @@ impl World {
         let Some(here) = self.seen.vehicle.map(|it| it.position) else { return BTreeSet::new() };
         let permits = self.permits();
         let held = permits.to_begin();
-        let airspace = self.airspace(&held, self.setup.limits.leave_lead);
-        let found = way::way_if_granted(here, to, preferred_height_m, &airspace, &self.flight_limits(), MOST_LEGS);
+        let limits = self.flight_limits();
+        let found = self.surroundings(&held, &limits).way_if_granted(here, to, preferred_height_m, MOST_LEGS);
         let mut needs = found.way.map(|it| it.needs).unwrap_or_default();
         // What a flag forbids is waited for, not asked for.
         needs.retain(|area| !permits.is_only_forbidden(area));
@@ -158,9 +158,14 @@ impl World {
     /// The same with limited effort.
     pub(crate) fn way_within(&self, to: Ned, preferred_height_m: f64, most_legs: u32) -> Found<Vec<Ned>> {
         let Some(here) = self.seen.vehicle.map(|it| it.position) else { return Found { way: None, legs: 0 } };
-        let grants = self.permits().to_begin();
-        let airspace = self.airspace(&grants, self.setup.limits.leave_lead);
-        way::way_within(here, to, preferred_height_m, &airspace, &self.flight_limits(), most_legs)
+        let (grants, limits) = (self.permits().to_begin(), self.flight_limits());
+        self.surroundings(&grants, &limits).way_within(here, to, preferred_height_m, most_legs)
+    }
+
+    /// What ways without a plan are searched among.
+    pub(super) fn surroundings<'a>(&'a self, grants: &'a Grants, limits: &'a FlightLimits) -> Surroundings<'a> {
+        let airspace = self.airspace(grants, self.setup.limits.leave_lead);
+        Surroundings { airspace, map: self.planner.area_map(), limits }
     }
 
     /// `why`, and what is in the way to `site`.

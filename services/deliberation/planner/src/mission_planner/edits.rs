@@ -43,32 +43,12 @@ impl MissionPlanner {
         self.permissions = Permissions::default();
     }
 
-    /// Puts an objective in at `index`; see [`Objectives::insert`].
-    pub(crate) fn insert(&mut self, index: usize, objective: domain::mission::Objective) {
-        let is_next = index == self.objectives.current_index();
-        self.objectives.insert(index, &objective);
+    /// Changes the objectives at `index`, which is not settled. The plan is for the first one that is not.
+    pub(crate) fn change(&mut self, index: usize, change: impl FnOnce(&mut Objectives)) {
+        let is_current = index == self.objectives.current_index();
+        change(&mut self.objectives);
         self.edited();
-        if is_next {
-            self.withdraw_plan();
-        }
-    }
-
-    /// Takes out the objective at `index`, which is not settled.
-    pub(crate) fn remove(&mut self, index: usize) {
-        let was_current = index == self.objectives.current_index();
-        self.objectives.remove(index);
-        self.edited();
-        if was_current {
-            self.withdraw_plan();
-        }
-    }
-
-    /// Gives up the objective at `index`, which is not settled.
-    pub(crate) fn skip(&mut self, index: usize, reason: String) {
-        let was_current = index == self.objectives.current_index();
-        self.objectives.give_up(index, reason);
-        self.edited();
-        if was_current {
+        if is_current {
             self.withdraw_plan();
         }
     }

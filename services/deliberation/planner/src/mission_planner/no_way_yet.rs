@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use domain::airspace::Grants;
 use domain::area::Area;
+use domain::area_map::AreaMap;
 use domain::state::State;
 use domain::time::{Now, Time};
 use domain::way::{Leaving, leaving};
 
 use super::{MissionPlanner, OVER, holding, steps_to};
 use crate::airspace::{Airspace, Closures};
-use crate::area_map::AreaMap;
 use crate::hold::Hold;
 use crate::survey::Via;
 

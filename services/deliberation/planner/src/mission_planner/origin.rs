@@ -69,7 +69,7 @@ impl MissionPlanner {
     /// What a request for a plan is answered with because of the origin; `None` if there is no obstacle.
     pub(super) fn answer_to_misfit(&mut self) -> Option<Answer> {
         if let Some(reason) = self.waits_for_origin() {
-            return Some(Answer::Hold { wait: UNKNOWN_PAUSE, reason });
+            return Some(Answer::Hold { wait: UNKNOWN_PAUSE, reason, planned: false });
         }
         if self.forecast.is_some() {
             return None;

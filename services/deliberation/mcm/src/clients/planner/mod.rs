@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use domain::airspace::Grants;
 use domain::area::Area;
+use domain::area_map::AreaMap;
 use domain::decision::DecisionKind;
 use domain::geodesy::Origin;
 use domain::mission::{Mission, MissionAreas};
@@ -166,6 +167,11 @@ impl Planner {
     /// Every area of the mission.
     pub(crate) fn areas(&self) -> &Arc<[Area]> {
         self.mission.areas().areas()
+    }
+
+    /// Their map.
+    pub(crate) fn area_map(&self) -> &AreaMap {
+        self.mission.areas().map()
     }
 
     /// As it is published.

@@ -6,20 +6,19 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::time::Duration;
 
-use domain::airspace::{latest, soonest};
-use domain::area::AreaKind;
-use domain::geometry::Ned;
-use domain::way::{Effort, Turns};
-
 use super::legs::{Obstacles, Touched};
 use super::nodes::{Extent, GOAL, Nodes, START};
-use super::{Open, PROHIBITIVE_MS, TimedWay};
-use crate::airspace::{Access, Asked};
+use super::{Asked, Effort, Entry, NoWay, PROHIBITIVE_MS, TimedWay, Turns};
+use crate::airspace::{latest, soonest};
+use crate::area::AreaKind;
+use crate::geometry::Ned;
+
+/// A way that lands begins at another height than the preferred one only if it saves this much time.
+const WORTH_ANOTHER_HEIGHT_S: f64 = 20.0;
 
 /// The visibility graph: the two ends, and the points at which ways past the areas that were met so far may turn, climb or descend.
 pub(super) struct Graph<'a> {
     obstacles: &'a Obstacles<'a>,
-    begins: Duration,
     effort: Effort,
     nodes: Nodes<'a>,
     /// By node, labels that no other one there is as good as.
@@ -54,10 +53,9 @@ enum Next {
 }
 
 impl<'a> Graph<'a> {
-    pub(super) fn new(obstacles: &'a Obstacles<'a>, begins: Duration, effort: Effort) -> Graph<'a> {
+    pub(super) fn new(obstacles: &'a Obstacles<'a>, effort: Effort) -> Graph<'a> {
         Graph {
             obstacles,
-            begins,
             effort,
             nodes: Nodes::new(obstacles),
             settled: Vec::new(),
@@ -69,13 +67,13 @@ impl<'a> Graph<'a> {
     }
 
     /// The way of the least cost, or up to the stated factor more, if enough legs may be looked at.
-    pub(super) fn search(mut self) -> Option<TimedWay> {
+    pub(super) fn search(mut self) -> Result<TimedWay, NoWay> {
         if self.effort.turns == Turns::Any {
             self.nodes.meet(self.obstacles.all());
         }
         self.note_nodes();
-        let start =
-            Label { node: START, asked: Asked::new(), cost_ms: 0, at: self.begins, before: None, entered: vec![] };
+        let at = self.obstacles.trip.begins;
+        let start = Label { node: START, asked: Asked::new(), cost_ms: 0, at, before: None, entered: vec![] };
         self.reach(start);
         let mut looked_at = 0;
         while let Some(Reverse((_, next))) = self.open.pop() {
@@ -87,12 +85,11 @@ impl<'a> Graph<'a> {
                         continue;
                     }
                     looked_at += 1;
-                    let legs_left = &self.obstacles.among.airspace.legs_left;
+                    let legs_left = self.obstacles.among.legs_left;
                     let left = legs_left.get().checked_sub(1);
                     legs_left.set(left.unwrap_or(0));
                     if self.effort.most_legs < looked_at || left.is_none() {
-                        self.obstacles.among.gave_up.set(true);
-                        return None;
+                        return Err(NoWay::GaveUp);
                     }
                     if let Some(label) = self.look_at(from, to) {
                         self.reach(label);
@@ -105,7 +102,7 @@ impl<'a> Graph<'a> {
                     }
                     let node = *node;
                     if node == GOAL {
-                        return Some(self.way_to(index));
+                        return Ok(self.way_to(index));
                     }
                     self.settled[node].push(index);
                     self.expanded.push(index);
@@ -113,7 +110,7 @@ impl<'a> Graph<'a> {
                 }
             }
         }
-        None
+        Err(NoWay::Closed)
     }
 
     fn reach(&mut self, label: Label) {
@@ -133,7 +130,7 @@ impl<'a> Graph<'a> {
             }
         }
         let at = self.nodes.at(node);
-        let speed_m_s = self.obstacles.among.config.speeds().cruise_m_s;
+        let speed_m_s = self.obstacles.among.limits.speeds.cruise_m_s;
         for ring in rings {
             // No way by a point in a circle is shorter than one by the nearest points to both ends.
             let (centre, radius_m) = self.nodes.around(ring);
@@ -185,9 +182,9 @@ impl<'a> Graph<'a> {
     /// Whether a settled label of `node` is as good as one at this cost: no way on from there is cheaper, since what only it has
     /// asked for can still be asked for on the way.
     fn is_settled(&self, node: usize, asked: &Asked, cost_ms: u64) -> bool {
-        let wait_ms = |zone: &usize| match self.obstacles.among.airspace.zones[*zone].access {
-            Access::Ask { wait_s, .. } => (wait_s * 1e3).ceil() as u64,
-            Access::Closed { .. } => PROHIBITIVE_MS,
+        let wait_ms = |zone: &usize| match self.obstacles.among.entries[*zone] {
+            Entry::Ask { wait_s } => (wait_s * 1e3).ceil() as u64,
+            Entry::Forced | Entry::Closed => PROHIBITIVE_MS,
         };
         self.settled[node].iter().map(|index| &self.labels[*index]).any(|other| {
             other.cost_ms <= cost_ms && {
@@ -201,26 +198,44 @@ impl<'a> Graph<'a> {
         let back = std::iter::successors(Some(goal), |index| self.labels[*index].before);
         let mut along: Vec<&Label> = back.map(|index| &self.labels[index]).collect();
         along.reverse();
-        let points = along.iter().map(|label| (self.nodes.at(label.node), label.at)).collect();
-        (points, along.iter().flat_map(|label| label.entered.clone()).collect())
+        TimedWay {
+            points: along.iter().map(|it| self.nodes.at(it.node)).collect(),
+            at: along.iter().map(|it| it.at).collect(),
+            legs_out: 0,
+            entered: along.iter().flat_map(|it| it.entered.clone()).collect(),
+        }
     }
 
     /// There are more nodes.
     fn note_nodes(&mut self) {
-        let speeds = self.obstacles.among.config.speeds();
+        let Obstacles { among, trip, .. } = self.obstacles;
         for node in self.least_ms.len()..self.nodes.len() {
-            let rest_s = speeds.time_s(self.nodes.at(node), self.nodes.at(GOAL));
+            let (here, goal) = (self.nodes.at(node), self.nodes.at(GOAL));
+            // A landing costs nothing, or little.
+            let goal = if trip.lands_from_m.is_some() { goal.at_height(here.height_m()) } else { goal };
+            let rest_s = among.limits.speeds.time_s(here, goal);
             self.least_ms.push((self.effort.factor * rest_s * 1e3).floor() as u64);
         }
         self.settled.resize(self.nodes.len(), Vec::new());
     }
 
-    /// A leg more costs something, so that no point is flown to without need, and so does one to another height than the
-    /// goal's, which is the one that was chosen to be flown at.
+    /// A leg more costs something, so that no point is flown to without need, and so does one to another height than the one that was
+    /// chosen to be flown at. A landing from that height, and the climb to it before the way to one, cost nothing: all ways have them.
     fn flight_ms(&self, from: usize, to: usize) -> u64 {
-        let time_s = self.obstacles.among.config.speeds().time_s(self.nodes.at(from), self.nodes.at(to));
-        let is_elsewhere = self.nodes.at(to).down_m != self.nodes.at(GOAL).down_m;
-        (time_s * 1e3).ceil() as u64 + 1 + u64::from(is_elsewhere)
+        let Obstacles { among, trip, level_m, .. } = self.obstacles;
+        let is_elsewhere = self.nodes.at(to).height_m() != *level_m;
+        let time_s = among.limits.speeds.time_s(self.nodes.at(from), self.nodes.at(to));
+        let cost_s = match (from, to) {
+            (_, GOAL) if trip.lands_from_m.is_some() => {
+                let higher_m = self.nodes.at(from).height_m() - level_m;
+                return (higher_m.max(0.0) / among.limits.speeds.descent_m_s * 1e3).ceil() as u64 + 1;
+            }
+            (START, _) if trip.lands_from_m.is_none() || self.obstacles.begins_level() => time_s,
+            (START, _) if is_elsewhere => WORTH_ANOTHER_HEIGHT_S + time_s,
+            (START, _) => 0.0,
+            _ => time_s,
+        };
+        (cost_s * 1e3).ceil() as u64 + 1 + u64::from(is_elsewhere)
     }
 
     /// The label at `to` after the leg from the label `index`, which touches that; `None` if it must not be flown then.
@@ -228,15 +243,15 @@ impl<'a> Graph<'a> {
         let Touched::Areas { stays, near } = touched else { return None };
         let (from, obstacles) = (&self.labels[index], self.obstacles);
         let time = obstacles.time(self.nodes.at(from.node), self.nodes.at(to));
-        let (airspace, planned) = (obstacles.among.airspace, obstacles.among.asked);
+        let super::Among { rule, entries, asked: planned, .. } = obstacles.among;
         let at = |fraction: f64| from.at.saturating_add(time.mul_f64(fraction));
         let is_asked = |zone: usize| planned.contains(&zone) || from.asked.contains(&zone);
         let bars = |zone: usize, enters: f64, leaves: f64| {
-            let area = airspace.zones[zone].area;
+            let area = obstacles.area(zone);
             let is_free = area.kind == AreaKind::Permission && is_asked(zone);
-            !is_free && airspace.rule.bars(area, soonest(at(enters)), latest(at(leaves))).is_some()
+            !is_free && rule.bars(area, soonest(at(enters)), latest(at(leaves))).is_some()
         };
-        if near.iter().any(|zone| bars(*zone, 0.0, 1.0) && !opens(obstacles, *zone)) {
+        if near.iter().any(|zone| bars(*zone, 0.0, 1.0) && entries[*zone] != Entry::Forced) {
             return None;
         }
         let (mut wait_ms, mut wait_s, mut entered) = (0, 0.0_f64, Vec::new());
@@ -244,13 +259,13 @@ impl<'a> Graph<'a> {
             if !stays.iter().any(|stay| bars(*zone, stay.enters, stay.leaves)) || from.asked.contains(zone) {
                 continue;
             }
-            match airspace.zones[*zone].access {
-                Access::Ask { wait_s: expected_s, .. } => {
+            match entries[*zone] {
+                Entry::Ask { wait_s: expected_s } => {
                     wait_ms += (expected_s * 1e3).ceil() as u64;
                     wait_s += expected_s;
                 }
-                Access::Closed { .. } if opens(obstacles, *zone) => wait_ms += PROHIBITIVE_MS,
-                Access::Closed { .. } => return None,
+                Entry::Forced => wait_ms += PROHIBITIVE_MS,
+                Entry::Closed => return None,
             }
             entered.push(*zone);
         }
@@ -265,14 +280,5 @@ impl<'a> Graph<'a> {
             before: Some(index),
             entered,
         })
-    }
-}
-
-/// Whether a closed zone counts as one that can be entered.
-fn opens(obstacles: &Obstacles, zone: usize) -> bool {
-    match obstacles.among.open {
-        Open::Nothing => false,
-        Open::Permissions => obstacles.area(zone).kind == AreaKind::Permission,
-        Open::Everything => true,
     }
 }

@@ -1,23 +1,46 @@
 //! The way that is found costs as much as one that is searched among everything, and is found among hundreds of areas.
 
 use std::f64::consts::TAU;
-use std::time::Duration;
 
-use domain::airspace::{Grants, is_at_heights, stays};
-use domain::area::{Area, AreaKind};
-use domain::energy::Wind;
-use domain::time::{Now, Pace};
-use domain::way::{Exempt, KEPT, Turns, keeps_clear};
 use proptest::prelude::*;
 
 use super::*;
-use crate::airspace::Closures;
-use crate::area_map::AreaMap;
-use crate::permissions::Permissions;
+use crate::airspace::{Clock, Grants, is_at_heights, stays};
+use crate::area::AreaKind;
+use crate::energy::Wind;
+use crate::speeds::Speeds;
+use crate::time::Pace;
+use crate::way::{Exempt, keeps_clear};
 
 mod brute_force;
 mod holes;
 mod kept;
+mod landings;
+
+const LIMITS: FlightLimits = FlightLimits {
+    speeds: Speeds { airspeed_m_s: 15.0, ..Speeds::calm(10.0, 3.0, 1.5) },
+    least_height_m: 5.0,
+    highest_m: 120.0,
+    clearance_m: 20.0,
+    margin_m: 10.0,
+    height_clearance_m: 2.0,
+};
+
+const CLOCK: Clock = Clock { utc_ms: 1_000_000, pace: Pace::REAL_TIME };
+
+/// Through the air, at once.
+fn trip(from: Ned, to: Ned) -> Trip {
+    Trip { from, to, begins: Duration::ZERO, lands_from_m: None }
+}
+
+/// Permission areas are asked for.
+fn entries(areas: &[Area]) -> Vec<Entry> {
+    let entry = |it: &Area| match it.kind {
+        AreaKind::Permission => Entry::Ask { wait_s: 2.0 },
+        AreaKind::KeepOut => Entry::Closed,
+    };
+    areas.iter().map(entry).collect()
+}
 
 /// A regular polygon with rounded-off regularity: each corner at a distance of its own.
 fn area(index: usize, kind: AreaKind, centre: (f64, f64), radius_m: f64, corners: usize) -> Area {
@@ -36,34 +59,32 @@ fn among<T>(areas: &[Area], from: Ned, to: Ned, search: impl FnOnce(&Obstacles) 
 
 /// The same for ways that keep this part of the margin.
 fn among_keeping<T>(part: usize, areas: &[Area], from: Ned, to: Ned, search: impl FnOnce(&Obstacles) -> T) -> T {
-    among_in_wind(Wind::CALM, part, areas, (from, to), search)
+    among_in_wind(Wind::CALM, part, areas, trip(from, to), search)
 }
 
 /// The same in a wind.
-fn among_in_wind<T>(
-    wind: Wind,
-    part: usize,
-    areas: &[Area],
-    (from, to): (Ned, Ned),
-    search: impl FnOnce(&Obstacles) -> T,
-) -> T {
-    let (grants, asked, config) = (Grants::new(), Asked::new(), Config::for_tests().in_wind(wind));
-    let clock = (Now::default(), Pace::REAL_TIME);
-    let map = AreaMap::new(areas);
-    let airspace = Airspace::new((areas, &map), &grants, &Permissions::default(), &Closures::new(), clock, &config);
-    let gave_up = Cell::new(false);
-    let among = Among { airspace: &airspace, asked: &asked, open: Open::Nothing, config: &config, gave_up: &gave_up };
-    search(&Obstacles::new(from, to, part, among))
+fn among_in_wind<T>(wind: Wind, part: usize, areas: &[Area], trip: Trip, search: impl FnOnce(&Obstacles) -> T) -> T {
+    let (grants, asked, map) = (Grants::new(), Asked::new(), AreaMap::new(areas));
+    let limits = &FlightLimits { speeds: Speeds { wind, ..LIMITS.speeds }, ..LIMITS };
+    let (entries, legs_left) = (&*entries(areas), &Cell::new(u32::MAX));
+    let rule = Airspace { areas, grants: &grants, clock: CLOCK, lead: Duration::from_secs(30), vertical_margin_m: 2.0 };
+    let among = Among { rule, map: &map, entries, asked: &asked, limits, legs_left };
+    search(&Obstacles::new(trip, part, among))
 }
 
 /// Whether the leg enters an area of which `is_counted`, or passes one nearer than the margin: looked at area by area, without any map.
 fn is_barred(obstacles: &Obstacles, here: Ned, there: Ned, exempt: Exempt, is_counted: impl Fn(&Area) -> bool) -> bool {
-    let (vertical_m, kept_m) = (obstacles.among.airspace.rule.vertical_margin_m, KEPT * obstacles.margin_m);
+    let (vertical_m, kept_m) = (obstacles.among.rule.vertical_margin_m, KEPT * obstacles.margin_m);
     let is_touched = |area: &Area| {
         let is_near = is_at_heights(area, here, there, vertical_m) && !keeps_clear(area, here, there, kept_m, exempt);
         is_near || !stays(area, here, there, vertical_m).is_empty()
     };
     obstacles.all().map(|it| obstacles.area(it)).any(|it| is_counted(it) && is_touched(it))
+}
+
+/// When the vehicle is there.
+fn takes_s(way: &TimedWay) -> f64 {
+    way.at.last().map_or(0.0, Duration::as_secs_f64)
 }
 
 fn is_keep_out(area: &Area) -> bool {
@@ -96,18 +117,18 @@ proptest! {
     ) {
         let (from, to) = (Ned::new(from.0, from.1, -10.0), Ned::new(to.0, to.1, -10.0));
         among(&areas, from, to, |obstacles| {
-            let search = |effort| Graph::new(obstacles, Duration::ZERO, effort).search();
+            let search = |effort| Graph::new(obstacles, effort).search();
             let any = |most_legs| search(Effort { turns: Turns::Any, factor: 1.0, most_legs });
             let best = any(u32::MAX);
-            prop_assert_eq!(&cheapest(obstacles, Duration::ZERO), &best);
+            prop_assert_eq!(cheapest(obstacles).ok(), best.clone().ok());
             let taut = search(Effort { turns: Turns::Taut, factor: 1.0, most_legs: u32::MAX });
-            for way in taut.iter().map(|it| &it.0) {
+            for way in taut.iter() {
                 // A leg more costs a millisecond.
-                let best = best.as_ref().and_then(|it| it.0.last()).expect("there is a way").1;
-                prop_assert!(best < way.last().expect("it has an end").1 + Duration::from_millis(20), "{way:?}");
-                for (index, leg) in way.windows(2).enumerate() {
-                    let exempt = Exempt { start: index == 0, end: index == way.len() - 2 };
-                    prop_assert!(!is_barred(obstacles, leg[0].0, leg[1].0, exempt, is_keep_out), "{way:?}");
+                let best_s = best.as_ref().map(takes_s).expect("there is a way");
+                prop_assert!(best_s < takes_s(way) + 0.02, "{way:?}");
+                for (index, leg) in way.points.windows(2).enumerate() {
+                    let exempt = Exempt { start: index == 0, end: index == way.points.len() - 2 };
+                    prop_assert!(!is_barred(obstacles, leg[0], leg[1], exempt, is_keep_out), "{way:?}");
                 }
             }
             Ok(())
@@ -142,20 +163,18 @@ proptest! {
         let (from, to) = (at(from), at(to));
         let columns: Vec<Area> =
             volumes.iter().map(|it| Area { floor_m: None, ceiling_m: None, ..it.clone() }).collect();
-        let cost_s = |way: &TimedWay| way.0.last().map_or(0.0, |it| it.1.as_secs_f64());
-        let round_s = among(&columns, from, to, |obstacles| cheapest(obstacles, Duration::ZERO).as_ref().map(cost_s));
+        let round_s = among(&columns, from, to, |obstacles| cheapest(obstacles).as_ref().ok().map(takes_s));
         among(&volumes, from, to, |obstacles| {
-            let way = cheapest(obstacles, Duration::ZERO);
+            let way = cheapest(obstacles);
             if let Some(round_s) = round_s {
-                let found_s = way.as_ref().map(cost_s).expect("there is a way round");
+                let found_s = way.as_ref().map(takes_s).expect("there is a way round");
                 prop_assert!(found_s <= FACTOR * round_s + 0.1, "{found_s} s, and {round_s} s round: {way:?}");
             }
-            let legs = way.iter().flat_map(|it| it.0.windows(2));
-            for (here, there) in legs.map(|it| (it[0].0, it[1].0)) {
+            let legs = way.iter().flat_map(|it| it.points.windows(2));
+            for (here, there) in legs.map(|it| (it[0], it[1])) {
                 let exempt = Exempt { start: here == from, end: there == to };
                 prop_assert!(!is_barred(obstacles, here, there, exempt, is_keep_out), "{way:?}");
-                let limits = obstacles.among.config.flight_limits();
-                prop_assert!(there.height_m() == to.height_m() || there.height_m() == from.height_m() || limits.permits(there.height_m()));
+                prop_assert!(there.height_m() == to.height_m() || there.height_m() == from.height_m() || LIMITS.permits(there.height_m()));
             }
             Ok(())
         })?;
@@ -172,22 +191,36 @@ fn a_way_is_found_among_a_hundred_areas_of_a_hundred_corners() {
     let areas: Vec<Area> = (0..100).map(keep_out).collect();
     let (from, to) = (Ned::new(-300.0, -300.0, -10.0), Ned::new(3100.0, 3200.0, -10.0));
     among(&areas, from, to, |obstacles| {
-        let way = cheapest(obstacles, Duration::ZERO).expect("there is a way").0;
-        let touches = |ends: &[(Ned, Duration)]| {
-            is_barred(obstacles, ends[0].0, ends[1].0, Exempt { start: false, end: false }, |_| true)
-        };
+        let way = cheapest(obstacles).expect("there is a way").points;
+        let touches =
+            |ends: &[Ned]| is_barred(obstacles, ends[0], ends[1], Exempt { start: false, end: false }, |_| true);
         assert!(!way.windows(2).any(touches), "{way:?}");
-        let flown_m: f64 = way.windows(2).map(|it| it[0].0.distance_m(it[1].0)).sum();
+        let flown_m: f64 = way.windows(2).map(|it| it[0].distance_m(it[1])).sum();
         assert!(flown_m < 1.2 * from.distance_m(to), "{flown_m}");
     });
 }
 
+#[test]
+fn among_many_corners_no_effort_is_spent_on_the_exact_search() {
+    #[track_caller]
+    fn check(areas: usize, corners: usize, expected: &[f64]) {
+        let circle = |it: usize| area(it, AreaKind::KeepOut, (0.0, 300.0 * it as f64), 100.0, corners);
+        let areas: Vec<Area> = (0..areas).map(circle).collect();
+        let factors: Vec<f64> = Effort::among(areas.iter()).iter().map(|it| it.factor).collect();
+        assert_eq!(factors, expected);
+    }
+    check(5, 20, &[1.0, 1.0, 1.1, 1.1]);
+    check(50, 100, &[1.0, 1.1, 1.1]);
+    check(51, 100, &[1.1, 1.1]);
+}
+
 /// The points of the way among these areas, in whole metres.
 fn way_among(areas: &[Area], from: Ned, to: Ned) -> Vec<(f64, f64, f64)> {
-    let round = |it: &(Ned, Duration)| (it.0.north_m.round() + 0.0, it.0.east_m.round() + 0.0, it.0.height_m().round());
-    among(areas, from, to, |obstacles| {
-        cheapest(obstacles, Duration::ZERO).expect("there is a way").0.iter().map(round).collect()
-    })
+    among(areas, from, to, |obstacles| rounded(&cheapest(obstacles).expect("there is a way").points))
+}
+
+fn rounded(way: &[Ned]) -> Vec<(f64, f64, f64)> {
+    way.iter().map(|it| (it.north_m.round() + 0.0, it.east_m.round() + 0.0, it.height_m().round())).collect()
 }
 
 /// From 100 m to 300 m east, to this far north and farther to the south, between these heights.

@@ -4,26 +4,28 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use domain::airspace::{Stay, is_at_heights, stays_within};
-use domain::area::{Area, AreaKind};
-use domain::corners::GrownRing;
-use domain::geometry::Ned;
-use domain::way::{Exempt, KEPT};
-
-use super::{Among, Open};
+use super::{Among, Entry, KEPT, Trip};
+use crate::airspace::{Stay, is_at_heights, stays_within};
+use crate::area::{Area, AreaKind};
 use crate::area_map::MARGINS;
+use crate::corners::GrownRing;
+use crate::geometry::Ned;
+use crate::way::{Exempt, SAME_HEIGHT_M};
 
 /// The areas that may be in the way from a start to a goal.
 pub(super) struct Obstacles<'a> {
     pub(super) among: Among<'a>,
-    pub(super) from: Ned,
-    pub(super) to: Ned,
+    pub(super) trip: Trip,
+    /// The height that ways are preferably flown at, in metres above the origin.
+    pub(super) level_m: f64,
     /// Distance kept to the borders of the areas, in metres.
     pub(super) margin_m: f64,
     /// Which of [`MARGINS`] that is.
     part: usize,
     /// By index, whether an area may be in the way.
     may_bar: Vec<bool>,
+    /// No area that is closed at all times is entered by force.
+    stops_at_walls: bool,
 }
 
 /// What a leg touches.
@@ -68,18 +70,25 @@ impl Touched {
 
 impl<'a> Obstacles<'a> {
     /// Those for a way that keeps this part of the margin.
-    pub(super) fn new(from: Ned, to: Ned, part: usize, among: Among<'a>) -> Obstacles<'a> {
-        let Among { airspace, asked, config, .. } = among;
-        let low_m = from.height_m().min(to.height_m()).min(config.least_height_m.get());
-        let high_m = from.height_m().max(to.height_m()).max(config.highest_m.get());
-        let vertical_m = airspace.rule.vertical_margin_m;
-        let may_bar = |zone: usize| {
-            let area = airspace.zones[zone].area;
-            let is_asked = area.kind == AreaKind::Permission && asked.contains(&zone);
-            !is_asked && area.touches_heights(low_m - vertical_m, high_m + vertical_m)
+    pub(super) fn new(trip: Trip, part: usize, among: Among<'a>) -> Obstacles<'a> {
+        let Among { rule, asked, limits, entries, .. } = among;
+        let level_m = trip.lands_from_m.unwrap_or(trip.to.height_m());
+        let heights_m = [trip.from.height_m(), trip.to.height_m(), level_m, limits.least_height_m, limits.highest_m];
+        let low_m = heights_m.into_iter().fold(f64::INFINITY, f64::min) - rule.vertical_margin_m;
+        let high_m = heights_m.into_iter().fold(f64::NEG_INFINITY, f64::max) + rule.vertical_margin_m;
+        let may_bar = |(index, area): (usize, &Area)| {
+            let is_asked = area.kind == AreaKind::Permission && asked.contains(&index);
+            !is_asked && area.touches_heights(low_m, high_m)
         };
-        let may_bar = (0..airspace.zones.len()).map(may_bar).collect();
-        Obstacles { among, from, to, margin_m: MARGINS[part] * config.margin_m(), part, may_bar }
+        let may_bar = rule.areas.iter().enumerate().map(may_bar).collect();
+        let is_forced_wall = |(area, entry): (&Area, &Entry)| *entry == Entry::Forced && is_wall(area);
+        let stops_at_walls = !std::iter::zip(rule.areas, entries).any(is_forced_wall);
+        Obstacles { among, trip, level_m, margin_m: MARGINS[part] * limits.margin_m, part, may_bar, stops_at_walls }
+    }
+
+    /// Whether the vehicle is at the height of the way where it begins.
+    pub(super) fn begins_level(&self) -> bool {
+        (self.trip.from.height_m() - self.level_m).abs() <= SAME_HEIGHT_M
     }
 
     /// Every zone that may be in the way.
@@ -93,29 +102,34 @@ impl<'a> Obstacles<'a> {
     }
 
     pub(super) fn area(&self, zone: usize) -> &'a Area {
-        self.among.airspace.zones[zone].area
+        &self.among.rule.areas[zone]
     }
 
     /// The rings of a zone, grown by the margin: ways round it turn at their corners.
     pub(super) fn grown(&self, zone: usize) -> &'a [GrownRing] {
-        self.among.airspace.map.grown(zone, self.part, self.margin_m)
+        self.among.map.grown(zone, self.part, self.margin_m)
+    }
+
+    /// Whether `point` is in an area, heights within the margin included.
+    pub(super) fn covers(&self, zone: usize, point: Ned) -> bool {
+        let (area, outline) = (self.area(zone), self.among.map.outline(zone));
+        !stays_within(area, outline, point, point, self.among.rule.vertical_margin_m).is_empty()
     }
 
     /// How long the leg between two points takes.
     pub(super) fn time(&self, here: Ned, there: Ned) -> Duration {
-        self.among.config.speeds().time(here, there)
+        self.among.limits.speeds.time(here, there)
     }
 
     /// What the leg between two points touches.
     pub(super) fn touched(&self, here: Ned, there: Ned, exempt: Exempt) -> Arc<Touched> {
-        let stops_at_walls = self.among.open != Open::Everything;
-        let look = || self.look(here, there, exempt, stops_at_walls);
-        self.among.airspace.map.legs.get((here, there), self.margin_m, exempt, stops_at_walls, look)
+        let look = || self.look(here, there, exempt);
+        self.among.map.legs.get((here, there), self.margin_m, exempt, self.stops_at_walls, look)
     }
 
-    /// What the leg touches, of all areas, so that it can be kept for other plans.
-    fn look(&self, here: Ned, there: Ned, exempt: Exempt, stops_at_walls: bool) -> Touched {
-        let map = self.among.airspace.map;
+    /// What the leg touches, of all areas, so that it can be kept for other searches.
+    fn look(&self, here: Ned, there: Ned, exempt: Exempt) -> Touched {
+        let map = self.among.map;
         let (x, y) = (there.east_m - here.east_m, there.north_m - here.north_m);
         // From where on the way is beside the box of an area, times the square of the way's length.
         let begins = |zone: usize| {
@@ -129,7 +143,7 @@ impl<'a> Obstacles<'a> {
         let (mut stays, mut near) = (Vec::new(), Vec::new());
         for (_, zone) in close {
             let Some(meeting) = self.meeting(zone, here, there, exempt) else { continue };
-            if stops_at_walls && is_wall(self.area(zone)) {
+            if self.stops_at_walls && is_wall(self.area(zone)) {
                 return Touched::Wall(zone);
             }
             match meeting {
@@ -143,8 +157,8 @@ impl<'a> Obstacles<'a> {
     }
 
     fn meeting(&self, zone: usize, here: Ned, there: Ned, exempt: Exempt) -> Option<Meeting> {
-        let (area, vertical_m) = (self.area(zone), self.among.airspace.rule.vertical_margin_m);
-        let (outline, kept_m) = (self.among.airspace.map.outline(zone), KEPT * self.margin_m);
+        let (area, vertical_m) = (self.area(zone), self.among.rule.vertical_margin_m);
+        let (outline, kept_m) = (self.among.map.outline(zone), KEPT * self.margin_m);
         if outline.is_aside(kept_m, here, there) || !is_at_heights(area, here, there, vertical_m) {
             return None;
         }

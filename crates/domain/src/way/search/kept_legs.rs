@@ -4,13 +4,12 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use domain::geometry::Ned;
-use domain::outline::Outline;
-use domain::way::Exempt;
-
 use super::legs::Touched;
+use crate::geometry::Ned;
+use crate::outline::Outline;
+use crate::way::Exempt;
 
-/// More legs than this are not kept: at 100 to 200 bytes each, what one planner remembers stays below 20 MB. (A search looks at
+/// More legs than this are not kept: at 100 to 200 bytes each, what one process remembers stays below 20 MB. (A search looks at
 /// 20,000 at most.)
 const MOST_KEPT: usize = 100_000;
 
@@ -18,7 +17,7 @@ const MOST_KEPT: usize = 100_000;
 const MOST_CHANGED: usize = 16;
 
 /// Legs, by all that decides what they touch.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct KeptLegs(RefCell<HashMap<Key, Arc<Touched>>>);
 
 /// A leg, and how it was looked at.

@@ -1,23 +1,24 @@
-//! What of a mission's areas does not depend on the time, kept between plans: their outlines, where they lie, the rings grown by
-//! the margin at whose corners ways turn, and the legs that were looked at.
+//! What of a mission's areas does not depend on the time, kept between searches of ways: their outlines, where they lie, the rings
+//! grown by the margin at whose corners ways turn, and the legs that were looked at.
 //!
-//! It only ever remembers what would be computed again, so a planner that has kept one answers as one that has not.
+//! It only ever remembers what would be computed again, so a process that has kept one answers as one that has not.
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
-use domain::area::Area;
-use domain::corners::{GrownRing, grown};
-use domain::geometry::Ned;
-use domain::outline::Outline;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree, RTreeObject, SelectionFunction};
 
-use crate::routing::KeptLegs;
+use crate::airspace::Airspace;
+use crate::area::Area;
+use crate::corners::{GrownRing, grown};
+use crate::geometry::Ned;
+use crate::outline::Outline;
+use crate::way::KeptLegs;
 
 /// The areas, to be asked for by their index.
-#[derive(Debug, Default)]
-pub(crate) struct AreaMap {
+#[derive(Debug, Clone, Default)]
+pub struct AreaMap {
     areas: Vec<MappedArea>,
     /// To be found by place.
     placed: RTree<Placed>,
@@ -28,7 +29,7 @@ pub(crate) struct AreaMap {
 /// The bounding box of an area, with its index. The first coordinate is east, the second one north.
 type Placed = GeomWithData<Rectangle<[f64; 2]>, usize>;
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct MappedArea {
     area: Area,
     outline: Outline,
@@ -42,13 +43,13 @@ pub(crate) const MARGINS: [f64; 2] = [1.0, 0.5];
 
 impl AreaMap {
     /// A map of `areas`.
-    pub(crate) fn new(areas: &[Area]) -> AreaMap {
+    pub fn new(areas: &[Area]) -> AreaMap {
         let areas: Vec<MappedArea> = areas.iter().map(MappedArea::new).collect();
         AreaMap { placed: placed(&areas), areas, legs: KeptLegs::default() }
     }
 
     /// Becomes a map of `areas`. Of those that are as they were, what is known stays known; legs near any other are forgotten.
-    pub(crate) fn update(&mut self, areas: &[Area]) {
+    pub fn update(&mut self, areas: &[Area]) {
         if self.areas.len() == areas.len() && std::iter::zip(&self.areas, areas).all(|(old, new)| old.area == *new) {
             return;
         }
@@ -98,10 +99,16 @@ impl AreaMap {
     }
 
     /// The areas that the straight way may touch, in the mission's order.
-    pub(crate) fn along(&self, from: Ned, to: Ned) -> Vec<usize> {
+    pub fn along(&self, from: Ned, to: Ned) -> Vec<usize> {
         let mut found: Vec<usize> = self.near(from, to, 0.0).collect();
         found.sort_unstable();
         found
+    }
+
+    /// Whether a vehicle in the air at `point` must leave one of the areas now, by a `rule` for the same ones.
+    pub fn is_trespassed(&self, rule: &Airspace, point: Ned) -> bool {
+        let alone = |area: usize| Airspace { areas: &rule.areas[area..=area], ..*rule };
+        self.along(point, point).into_iter().any(|it| alone(it).trespassed(point).next().is_some())
     }
 }
 

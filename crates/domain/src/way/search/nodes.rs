@@ -2,17 +2,18 @@
 //!
 //! Round an area, and in its holes, a way turns at its corners. Over or under it a way is level, and climbs and descends beside it: where the leg by
 //! which the area was met comes to it and leaves it. The heights to try are those of the two ends, and the ones just over and under
-//! the areas that were met.
+//! the areas that were met. A way that ends with a landing goes straight up or down first, to one of these heights, and last, over its
+//! goal.
 
 use std::collections::BTreeSet;
 
-use domain::airspace::is_at_heights;
-use domain::area::Area;
-use domain::corners::{Corner, GrownRing};
-use domain::geometry::Ned;
-use domain::way::{Exempt, Turns, beyond, footholds};
-
 use super::legs::Obstacles;
+use super::{Trip, Turns};
+use crate::airspace::is_at_heights;
+use crate::area::Area;
+use crate::corners::{Corner, GrownRing};
+use crate::geometry::Ned;
+use crate::way::{Exempt, beyond, footholds};
 
 /// The index of the start among the nodes.
 pub(super) const START: usize = 0;
@@ -22,9 +23,6 @@ pub(super) const GOAL: usize = 1;
 /// Heights that are tried in one search at most, the ends' among them. (ENG: each may double the search; the areas of one map have
 /// few different ceilings.)
 const MOST_HEIGHTS: usize = 6;
-
-/// From a start and a goal whose heights differ by more than this, ways at both heights are tried, in metres.
-const SAME_HEIGHT_M: f64 = 1.0;
 
 /// The nodes of a search, of which there are more with each area that is met.
 pub(super) struct Nodes<'a> {
@@ -80,7 +78,7 @@ enum Place {
 
 impl<'a> Nodes<'a> {
     pub(super) fn new(obstacles: &'a Obstacles<'a>) -> Nodes<'a> {
-        let Obstacles { from, to, .. } = *obstacles;
+        let Trip { from, to, lands_from_m, .. } = obstacles.trip;
         let (met, crossed) = (BTreeSet::new(), BTreeSet::new());
         let (nodes, open, rings) = (Vec::new(), Vec::new(), Vec::new());
         let mut this = Nodes { obstacles, heights: Vec::new(), met, crossed, columns: Vec::new(), nodes, open, rings };
@@ -88,8 +86,9 @@ impl<'a> Nodes<'a> {
             this.columns.push((at, place));
             this.add_open(at, place);
         }
-        this.add_height(to.height_m());
-        if SAME_HEIGHT_M < (from.height_m() - to.height_m()).abs() {
+        this.add_height(obstacles.level_m);
+        let may_stay_level = lands_from_m.is_none() || obstacles.among.limits.permits(from.height_m());
+        if !obstacles.begins_level() && may_stay_level {
             this.add_height(from.height_m());
         }
         this
@@ -141,22 +140,41 @@ impl<'a> Nodes<'a> {
         nodes.filter(move |to| self.may_join(from, *to, turns))
     }
 
+    /// Whether a leg leads straight up or down over one of the ends.
+    pub(super) fn is_over(&self, end: usize, from: usize, to: usize) -> bool {
+        let other = if from == end { to } else { from };
+        (from == end || to == end)
+            && match self.nodes[other].place {
+                Place::Start => end == START,
+                Place::Goal => end == GOAL,
+                Place::Corner(_) | Place::Beside => false,
+            }
+    }
+
     /// Whether a cheapest way may have this leg, whose end meets the corner there, if any, as `turns` says: it climbs or descends only
     /// from the start, to the goal, or beside areas, and meets the corner where it begins as `turns` says.
     pub(super) fn may_join(&self, from: usize, to: usize, turns: Turns) -> bool {
         let (a, b) = (&self.nodes[from], &self.nodes[to]);
         let is_corner = |node: &Node| matches!(node.place, Place::Corner(_));
-        let may_climb = from == START || to == GOAL || !(is_corner(a) || is_corner(b));
+        let is_level = a.at.down_m == b.at.down_m;
+        let lands = self.obstacles.trip.lands_from_m.is_some();
+        let may_climb = match (from, to) {
+            (START, GOAL) if lands => false,
+            (_, GOAL) if lands => return self.is_over(GOAL, from, to),
+            (START, _) if lands && !self.obstacles.begins_level() => self.is_over(START, from, to),
+            (START, _) | (_, GOAL) => true,
+            _ => !(is_corner(a) || is_corner(b)),
+        };
         let leaves = match a.place {
             Place::Corner(corner) => turns == Turns::Any || corner.is_touched_along(a.at, b.at),
             Place::Start | Place::Goal | Place::Beside => true,
         };
-        from != to && leaves && (may_climb || a.at.down_m == b.at.down_m)
+        from != to && leaves && (may_climb || is_level)
     }
 
     /// The corners of these areas join, unless they have already.
     pub(super) fn meet(&mut self, zones: impl IntoIterator<Item = usize>) {
-        let Obstacles { from, to, margin_m, .. } = *self.obstacles;
+        let Obstacles { trip: Trip { from, to, .. }, margin_m, .. } = *self.obstacles;
         for zone in zones {
             if !self.met.insert(zone) {
                 continue;
@@ -179,15 +197,16 @@ impl<'a> Nodes<'a> {
     /// The leg from `a` to `b` meets these areas: the heights over and under them join, and the points where it comes to them
     /// and leaves them, unless they have already.
     pub(super) fn cross(&mut self, zones: &[usize], a: Ned, b: Ned) {
-        let among = self.obstacles.among;
-        let limits = among.config.flight_limits();
-        let clearance_m = among.config.vertical_margin_m.get() + among.config.vertical_tolerance_m.get();
+        let Obstacles { among, trip, .. } = *self.obstacles;
+        let clearance_m = among.rule.vertical_margin_m + among.limits.height_clearance_m;
+        // Over the goal a leg comes to no border: the straight way there does.
+        let a = if a.horizontal_distance_m(b) == 0.0 { trip.from.at_height(b.height_m()) } else { a };
         for zone in zones {
             if !self.crossed.insert(*zone) {
                 continue;
             }
             let area = self.obstacles.area(*zone);
-            let heights: Vec<f64> = beyond(area, clearance_m).filter(|it| limits.permits(*it)).collect();
+            let heights: Vec<f64> = beyond(area, clearance_m).filter(|it| among.limits.permits(*it)).collect();
             heights.iter().for_each(|it| self.add_height(*it));
             if heights.is_empty() {
                 continue;
@@ -216,7 +235,7 @@ impl<'a> Nodes<'a> {
         let (start, goal) = (self.nodes[START].at, self.nodes[GOAL].at);
         for (at, place) in self.columns.clone() {
             let at = at.at_height(height_m);
-            if at != start && at != goal {
+            if at != goal && (at != start || matches!(place, Place::Goal)) {
                 self.add_open(at, place);
             }
         }
@@ -232,9 +251,9 @@ impl<'a> Nodes<'a> {
 
     /// The corners of an area, if it has to be flown round at this height.
     fn add_corners(&mut self, zone: usize, height_m: f64) {
-        let Obstacles { from, among, .. } = *self.obstacles;
-        let level = from.at_height(height_m);
-        if !is_at_heights(self.obstacles.area(zone), level, level, among.airspace.rule.vertical_margin_m) {
+        let Obstacles { trip, among, .. } = *self.obstacles;
+        let level = trip.from.at_height(height_m);
+        if !is_at_heights(self.obstacles.area(zone), level, level, among.rule.vertical_margin_m) {
             return;
         }
         for GrownRing { corners, .. } in self.obstacles.grown(zone).iter().filter(|it| !it.corners.is_empty()) {

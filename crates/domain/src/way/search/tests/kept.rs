@@ -1,7 +1,6 @@
 //! What is kept between plans changes no answer.
 
 use super::*;
-use crate::routing::find;
 
 /// What happens to the areas between two plans.
 #[derive(Debug, Clone)]
@@ -44,18 +43,20 @@ impl Change {
     }
 }
 
-/// The way among `areas` for a planner that knows `map`.
-fn way(areas: &[Area], map: &AreaMap, asked: &Asked, from: Ned, to: Ned) -> Result<Way, NoWay> {
-    let (grants, config, clock) = (Grants::new(), Config::for_tests(), (Now::default(), Pace::REAL_TIME));
-    let airspace = Airspace::new((areas, map), &grants, &Permissions::default(), &Closures::new(), clock, &config);
-    find(from, to, Duration::from_secs(1), &airspace, asked, &config)
+/// The way among `areas` for a process that knows `map`.
+fn way(areas: &[Area], map: &AreaMap, asked: &Asked, from: Ned, to: Ned) -> Result<TimedWay, NoWay> {
+    let grants = Grants::new();
+    let rule = Airspace { areas, grants: &grants, clock: CLOCK, lead: Duration::from_secs(30), vertical_margin_m: 2.0 };
+    let (entries, legs_left) = (&*entries(areas), &Cell::new(u32::MAX));
+    let trip = Trip { begins: Duration::from_secs(1), ..trip(from, to) };
+    find(trip, Among { rule, map, entries, asked, limits: &LIMITS, legs_left })
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_planner_that_kept_its_graph_answers_as_one_that_did_not(
+    fn a_process_that_kept_its_map_answers_as_one_that_did_not(
         areas in (0..8usize).prop_flat_map(|count| (0..count).map(any_volume).collect::<Vec<_>>()),
         plans in proptest::collection::vec((any_change(), 0..6u32, any::<u32>()), 1..8),
     ) {
