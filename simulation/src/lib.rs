@@ -33,6 +33,7 @@ pub mod recording;
 mod restart;
 pub mod resumable;
 mod seen;
+mod world;
 
 use bounds::Excursion;
 use files::Files;
@@ -42,15 +43,21 @@ use recording::{Header, Recorded, Tape};
 pub use restart::Memory;
 use restart::Starts;
 use seen::Seen;
+use vehicle_sim::ground::{Ground as Relief, Patch, Surface};
 pub use witness::Breach;
 use witness::modes::ModeStorm;
 use witness::setpoints::StaleSetpoint;
+use witness::truth::Figures;
+use world::World;
+
+/// The side of the ground at a place to land at that is higher or lower than what is round it.
+pub(crate) const PLACE_M: f64 = 50.0;
 
 /// The vehicle that flies.
 const VEHICLE: &str = "uav1";
 
-fn simulated(files: &Files, setup: &Setup<'_>) -> vehicle_sim::VehicleSim {
-    vehicle_sim::VehicleSim::new(&files.vehicle_sim, Pace::REAL_TIME, setup.seed)
+fn simulated(files: &Files, setup: &Setup<'_>, ground: Relief) -> World {
+    World::new(vehicle_sim::VehicleSim::new(&files.vehicle_sim, Pace::REAL_TIME, setup.seed).over(ground))
 }
 
 /// What is flown, and how the control tower answers.
@@ -79,6 +86,8 @@ pub struct Changes {
     pub tape: Option<Tape>,
     /// The planner's answers are falsified, as this seed draws it.
     pub lies: Option<u64>,
+    /// The ground.
+    pub ground: Relief,
 }
 
 /// Files that were read once, for many short flights without a gateway and with telemetry that is as seldom as the services allow.
@@ -112,8 +121,9 @@ impl System {
         let mission = Mission::read(&Source { path: "the mission of the proof".into(), text: mission.to_owned() })?;
         // Without a folder: all files have been read.
         let setup = Setup { config: Path::new(""), mission: None, permissions, seed: 1, machine: Machine::Ideal };
-        let vehicle = simulated(&self.files, &setup);
-        Simulation::without_gateway(&setup, &self.files, mission, Changes::default(), vehicle)
+        let world = simulated(&self.files, &setup, Relief::default());
+        let simulation = Simulation::without_gateway(&setup, &self.files, mission, Changes::default(), world.clone())?;
+        Ok(simulation.in_sight(world))
     }
 }
 
@@ -158,8 +168,22 @@ impl Simulation<'_> {
         files.control_tower.grant_valid_s = changes.grant_valid_s.unwrap_or(files.control_tower.grant_valid_s);
         // Nobody sees it, unless it is recorded.
         files.shows_tree = changes.tape.is_some();
-        let vehicle = simulated(&files, setup);
-        Simulation::of(setup, &Rc::new(files), changes, vehicle, Ground::default())
+        let world = simulated(&files, setup, changes.ground.clone());
+        let simulation = Simulation::of(setup, &Rc::new(files), changes, world.clone(), Ground::default())?;
+        Ok(simulation.in_sight(world))
+    }
+
+    /// The ground as the mission has it: level, but for its places to land at.
+    ///
+    /// # Errors
+    /// Every mistake in the files.
+    pub fn ground(setup: &Setup<'_>) -> Result<Relief, Mistakes> {
+        let mission = Files::read(setup)?.mission;
+        let objectives = mission.objectives.iter().filter(|it| !it.flying).map(|it| it.position);
+        let sites = mission.sites.iter().map(|it| it.position);
+        let raised = objectives.chain(sites).filter(|it| it.height_m() != 0.0);
+        let patch = |it: Ned| Patch::square((it.north_m, it.east_m), PLACE_M, it.height_m(), Surface::Land);
+        Ok(Relief { patches: raised.map(patch).collect(), ..Relief::default() })
     }
 
     /// The same with another vehicle backend in place of the simulated vehicle, which is made of that one's configuration.
@@ -199,8 +223,8 @@ impl Simulation<'_> {
         gateway: impl FnOnce(&Contingencies) -> N,
     ) -> Result<Simulation<'static>, Mistakes> {
         let files = Files::read(setup)?;
-        let (vehicle, gateway) = (simulated(&files, setup), gateway(&files.contingencies));
-        Simulation::of(setup, &Rc::new(files), Changes::default(), vehicle, gateway)
+        let (world, gateway) = (simulated(&files, setup, Relief::default()), gateway(&files.contingencies));
+        Ok(Simulation::of(setup, &Rc::new(files), Changes::default(), world.clone(), gateway)?.in_sight(world))
     }
 
     fn of(
@@ -282,6 +306,12 @@ impl Simulation<'_> {
         Ok(Simulation { bus, starts, seen, requests: 0 })
     }
 
+    /// The same, with the truth shown to those who judge.
+    fn in_sight(self, world: World) -> Self {
+        self.seen.borrow_mut().world = Some(world);
+        self
+    }
+
     /// Flies until the report is there, or `limit` of virtual time has passed.
     pub fn fly(&mut self, limit: Duration) -> Option<v1::MissionReport> {
         let seen = self.seen.clone();
@@ -303,12 +333,15 @@ impl Simulation<'_> {
 
     /// Something from outside that the mode of the vehicle may change for.
     fn trouble(&mut self) {
-        self.seen.borrow_mut().modes.troubled();
+        let mut seen = self.seen.borrow_mut();
+        seen.modes.troubled();
+        seen.witness.troubled();
     }
 
     /// Raises a flag by hand.
     pub fn inject_flag(&mut self, name: &str) {
         let reason = "by hand".to_owned();
+        self.seen.borrow_mut().witness.troubled();
         self.seen.borrow_mut().ordered_to_land_here(name);
         let flag = v1::FlagEvent { name: name.to_owned(), raised: true, reason, ..Default::default() };
         self.bus.publish(VEHICLE, flag);
@@ -442,6 +475,11 @@ impl Simulation<'_> {
     /// The breaches that the witness has seen.
     pub fn breaches(&self) -> Vec<Breach> {
         self.seen.borrow().witness.breaches().to_vec()
+    }
+
+    /// What the witness has counted.
+    pub fn figures(&self) -> Figures {
+        self.seen.borrow().witness.figures()
     }
 
     /// Where the vehicle was each time that its gripper let go of a load.

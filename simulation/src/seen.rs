@@ -16,9 +16,12 @@ use witness::true_time::{Ahead, TrueTime};
 
 use crate::bounds::Bounds;
 use crate::files::Files;
+use crate::world::World;
 
-/// The ground of the simulated vehicle is at height 0; below this the vehicle may stand there.
+/// Lower than this above the ground the vehicle may stand there.
 const LOW_M: f64 = 1.0;
+/// How often judges look at the truth.
+const LOOKS_EVERY: Duration = Duration::from_millis(100);
 /// A status that was heard longer ago is none. (ENG: ten of 2 Hz, more than any monitor waits for.)
 const STATUS_SILENT: Duration = Duration::from_secs(5);
 /// The autopilot's own limit of a setpoint's age counts from when the setpoint has arrived; then the vehicle says that it has left
@@ -53,6 +56,11 @@ pub(crate) struct Seen {
     landing_ordered: Option<&'static str>,
     /// Commands to release the load.
     pub(crate) releases: usize,
+    /// Where the vehicle is simulated.
+    pub(crate) world: Option<World>,
+    looks_at: Time,
+    /// The height of the ground under the vehicle.
+    ground_m: f64,
 }
 
 impl Seen {
@@ -67,7 +75,7 @@ impl Seen {
             charge: None,
             manager: v1::McmStatus::default(),
             ledger: v1::PermissionLedger::default(),
-            witness: Witness::default(),
+            witness: Witness::default().that_sees(files.energy),
             ahead: Ahead::default(),
             true_time: TrueTime::default(),
             modes: Modes::default(),
@@ -81,6 +89,9 @@ impl Seen {
             start_ordered: false,
             landing_ordered: None,
             releases: 0,
+            world: None,
+            looks_at: Time::ZERO,
+            ground_m: 0.0,
         }
     }
 
@@ -93,6 +104,7 @@ impl Seen {
             }
             _ => self.witness.take_in(now, message),
         }
+        self.look(now);
         self.modes.take_in(time, message);
         self.setpoints.take_in(time, message);
         let flies = !self.is_on_ground();
@@ -133,6 +145,14 @@ impl Seen {
         }
     }
 
+    fn look(&mut self, now: Now) {
+        let Some(world) = self.world.as_ref().filter(|_| self.looks_at <= now.time) else { return };
+        self.looks_at = now.time + LOOKS_EVERY;
+        let truth = world.truth(now.time);
+        self.ground_m = truth.ground_m;
+        self.witness.see(now, &truth);
+    }
+
     /// An operator orders the start of a mission: once it begins, the report of the one before counts no longer.
     pub(crate) fn ordered_to_start(&mut self) {
         self.witness.ordered_to_start();
@@ -168,7 +188,7 @@ impl Seen {
     }
 
     fn is_low(&self) -> bool {
-        let height_m = self.aircraft.as_ref().and_then(|it| it.position).map(|it| -it.down_m);
+        let height_m = self.aircraft.as_ref().and_then(|it| it.position).map(|it| -it.down_m - self.ground_m);
         height_m.is_some_and(|it| it < LOW_M)
     }
 

@@ -60,15 +60,8 @@ fn seldom(folder: &Path) -> PathBuf {
 /// recorded processes killed.
 fn scripts() -> [(&'static str, Script); 3] {
     let seconds = Duration::from_secs;
-    let script = |seed, troubles| Script {
-        seed,
-        mission: Choice::Drawn(MISSION.to_owned()),
-        permissions: Policy::Grant,
-        grant_valid_s: None,
-        machine: Machine::Ideal,
-        troubles,
-        settles: true,
-    };
+    let mission = || Choice::Drawn(MISSION.to_owned());
+    let script = |seed, troubles| Script::new(seed, mission(), Policy::Grant, Machine::Ideal, troubles);
     let kill = |at_s, process: &str| {
         let time = Duration::from_millis(300);
         (seconds(at_s), Trouble::Kill { process: process.to_owned(), time, memory: Memory::Kept })

@@ -36,7 +36,7 @@ pub struct SimulateArgs {
     #[arg(long, value_name = "NAME@SECONDS")]
     pub flag: Vec<FlagArg>,
     /// Draw troubles from each seed: faults, flags, orders, decisions of the control tower, processes that hang. Without --mission
-    /// every second seed also draws its mission
+    /// three seeds of four also draw their mission
     #[arg(long)]
     pub chaos: bool,
     /// On a machine with too much to do: messages are late and overtake each other, processes wait

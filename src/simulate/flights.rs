@@ -36,19 +36,14 @@ impl Flights {
     /// The flight of a seed.
     pub fn script(&self, seed: u64) -> Script {
         let machine = if self.args.busy { draw::busy(seed) } else { Machine::Ideal };
-        let draws_mission = self.args.mission.is_none() && !seed.is_multiple_of(2);
+        let draws_mission = self.args.mission.is_none() && !seed.is_multiple_of(4);
         let mut script = match self.args.chaos || self.args.shrink.is_some() {
             true if draws_mission => draw::random(seed, machine),
             true => draw::existing(seed, std::slice::from_ref(&self.mission), machine),
-            false => Script {
-                seed,
-                mission: self.mission.mission.clone(),
-                permissions: self.permissions,
-                grant_valid_s: None,
-                machine,
-                troubles: Vec::new(),
-                settles: false,
-            },
+            false => {
+                let (mission, permissions) = (self.mission.mission.clone(), self.permissions);
+                Script { settles: false, ..Script::new(seed, mission, permissions, machine, Vec::new()) }
+            }
         };
         script.troubles.extend(self.args.troubles());
         script.troubles.sort_by_key(|(at, _)| *at);

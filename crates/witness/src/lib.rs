@@ -1,7 +1,7 @@
 //! Watches from outside that what must never happen does not.
 //!
 //! It knows no service and trusts none: it hears the areas, the permissions and what the mission manager says it does, as
-//! everybody does, and judges by where the simulated vehicle is. Who knows the mission's file tells it the areas there: a
+//! everybody does, and judges by where the simulated vehicle says it is, and by the truth where the simulator shows that ([`truth`]). Who knows the mission's file tells it the areas there: a
 //! planner that leaves one out is found out. It reads no clock, so that it looks on in `simulation`'s virtual time as in the
 //! real time of a campaign.
 
@@ -10,18 +10,22 @@ use std::fmt;
 use std::time::Duration;
 
 use domain::area::{Area, AreaKind};
+use domain::energy::EnergyModel;
 use domain::fmu::Status;
 use domain::geometry::Ned;
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
 use others::Others;
+use truth::{Against, Figures, Heard, Rules};
+use vehicle_sim::truth::Truth;
 
 mod inside;
 pub mod modes;
 mod others;
 pub mod setpoints;
 pub mod true_time;
+pub mod truth;
 
 /// Something that must never happen.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,6 +69,15 @@ pub enum Breach {
         /// When.
         at: Time,
     },
+    /// A rule over the truth was broken.
+    Truth {
+        /// When.
+        at: Time,
+        /// Which.
+        rule: truth::Rule,
+        /// What happened.
+        what: String,
+    },
     /// The vehicle is in the air and nothing brings it down or anywhere.
     NoResponder {
         /// When.
@@ -84,6 +97,7 @@ impl Breach {
             | Breach::TookOff { at }
             | Breach::Fought { at }
             | Breach::EndedFailsafe { at }
+            | Breach::Truth { at, .. }
             | Breach::NoResponder { at, .. } => *at,
         }
     }
@@ -101,6 +115,7 @@ impl Breach {
             Breach::TookOff { .. } => "it took off after the end or in answer to a flag".to_owned(),
             Breach::Fought { .. } => "it was commanded while somebody else flew it".to_owned(),
             Breach::EndedFailsafe { .. } => "a failsafe of the autopilot was ended without an order".to_owned(),
+            Breach::Truth { what, .. } => what.clone(),
             Breach::NoResponder { phase, .. } => format!("it flew and nothing responded, mission {phase:?}"),
         }
     }
@@ -183,8 +198,12 @@ pub struct Witness {
     planner_holds: bool,
     /// As the land detector says; before its first message the vehicle stands on the ground.
     reported_airborne: bool,
-    /// As the height says. The simulated ground is at height 0.
+    /// As the height above the ground says.
     is_high: bool,
+    /// The height of the ground under the vehicle: 0 where no truth is shown.
+    ground_m: f64,
+    /// Where the truth is shown.
+    rules: Option<Box<Rules>>,
     airborne: bool,
     /// It has left the ground, and was not high since.
     lifting: Option<Lifting>,
@@ -232,6 +251,42 @@ impl Witness {
     /// as that is where clocks that are set are reckoned with (see [`true_time`]).
     pub fn expecting(self, areas: Vec<Area>) -> Witness {
         Witness { areas: areas.clone(), expected: areas, ..self }
+    }
+
+    /// One that is shown the truth, of a vehicle with these figures.
+    pub fn that_sees(self, energy: EnergyModel) -> Witness {
+        Witness { rules: Some(Box::new(Rules::new(energy))), ..self }
+    }
+
+    /// What is counted.
+    pub fn figures(&self) -> Figures {
+        self.rules.as_ref().map(|it| it.figures).unwrap_or_default()
+    }
+
+    /// Something happens from outside.
+    pub fn troubled(&mut self) {
+        self.rules.iter_mut().for_each(|it| it.troubled());
+    }
+
+    /// The world is like this.
+    pub fn see(&mut self, now: Now, truth: &Truth) {
+        self.ground_m = truth.ground_m;
+        let failsafe = self.status.as_ref().is_some_and(|it| it.failsafe);
+        let Some(mut rules) = self.rules.take() else { return };
+        let heard = Heard {
+            now,
+            flies_itself: self.flies() && !failsafe && !self.others.fly(),
+            areas: &self.areas,
+            permissions: &self.permissions,
+            manager: &self.manager,
+        };
+        let against = rules.see(truth, heard);
+        self.rules = Some(rules);
+        self.tell(now.time, against);
+    }
+
+    fn tell(&mut self, at: Time, against: Vec<Against>) {
+        self.breaches.extend(against.into_iter().map(|(rule, what)| Breach::Truth { at, rule, what }));
     }
 
     /// What it has seen so far, in order.
@@ -293,6 +348,10 @@ impl Witness {
         let at = now.time;
         let commanded = self.others.take_in(at, message, self.flies(), self.limits.hears);
         self.breaches.extend(commanded);
+        if let Some(rules) = &mut self.rules {
+            let against = rules.hear(message, &self.permissions);
+            self.tell(at, against);
+        }
         match message {
             Message::MissionStatus(it) => {
                 self.listed(at, it.areas.iter().cloned().filter_map(|it| it.try_into().ok()).collect());
@@ -324,7 +383,7 @@ impl Witness {
                     self.position_is_frozen = self.position.replace(position) == Some(position);
                     // A height that wavers about the limit is no takeoff.
                     let limit_m = if self.is_high { HIGH_M / 2.0 } else { HIGH_M };
-                    self.is_high = limit_m < position.height_m();
+                    self.is_high = limit_m < position.height_m() - self.ground_m;
                     self.took_off(at);
                     self.moved(now, position);
                     self.attended(at, position);
@@ -397,7 +456,9 @@ impl Witness {
         }
         let Now { time: at, utc_ms } = now;
         let lands = self.manager.skill() == v1::SkillKind::Land;
-        for area in &self.areas {
+        // Where the truth is shown, what may not be landed in is judged by what is there: see `truth::Rule::Landing`.
+        let has_truth = self.rules.is_some();
+        for area in self.areas.iter().filter(|it| !(has_truth && it.only_bars_landings())) {
             if !inside::is_inside(area, position) {
                 self.inside.remove(&area.name);
                 continue;

@@ -9,7 +9,7 @@ use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision};
 
 use super::dice::Dice;
-use super::random_mission::random_mission;
+use super::random_mission::{Drawn, random_mission};
 use super::script::{Choice, Script};
 use super::trouble::Trouble;
 use crate::{Disturbance, Machine, Memory};
@@ -41,7 +41,7 @@ pub const FLAGS: [&str; 14] = [
     "vibration_high",
 ];
 /// Faults with what they are given, each as likely as the others. `clear` ends all before it.
-const FAULTS: [(&str, &[&str]); 66] = [
+const FAULTS: [(&str, &[&str]); 64] = [
     ("clear", &[]),
     ("clear", &[]),
     ("reject_acks", &["1"]),
@@ -95,10 +95,8 @@ const FAULTS: [(&str, &[&str]); 66] = [
     ("wind", &["0", "0"]),
     ("vibration", &["35"]),
     ("vibration", &["70"]),
-    ("intruder", &["250", "250", "12", "-10", "0", "uncrewed"]),
-    ("intruder", &["120", "400", "0", "-4", "0", "vessel"]),
-    ("intruder", &["2000", "200", "20", "-40", "0", "crewed"]),
-    ("intruder", &["0", "900", "15", "0", "-3", "crewed"]),
+    ("wind", &["4", "-5", "1"]),
+    ("wind", &["-3", "4"]),
     ("not_ready", &["compass"]),
     ("pilot_takes_over", &[]),
     ("pilot_takes_over", &["hold"]),
@@ -109,8 +107,48 @@ const FAULTS: [(&str, &[&str]); 66] = [
     ("autopilot_failsafe", &["off"]),
     ("restart_autopilot", &["holds"]),
 ];
+/// Other traffic, as faults.
+const TRAFFIC: [(&str, &[&str]); 18] = [
+    // Flies past.
+    ("intruder", &["250", "250", "12", "-10", "0", "uncrewed"]),
+    ("intruder", &["120", "400", "0", "-4", "0", "vessel"]),
+    ("intruder", &["2000", "200", "20", "-40", "0", "crewed"]),
+    ("intruder", &["0", "900", "15", "0", "-3", "crewed"]),
+    // Stands: over the way, and behind it.
+    ("intruder", &["20", "300", "20", "0", "0", "crewed"]),
+    ("intruder", &["20", "1000", "20", "0", "0", "crewed"]),
+    ("intruder", &["0", "250", "20", "0", "0", "uncrewed"]),
+    ("intruder", &["0", "200", "0", "0", "0", "vessel"]),
+    // Parks at home, and lies there.
+    ("intruder", &["8", "-8", "0", "0", "0", "crewed"]),
+    ("intruder", &["-15", "10", "0", "0", "0", "uncrewed"]),
+    ("intruder", &["10", "15", "0", "0", "0", "vessel"]),
+    // Comes home low, and crosses the way.
+    ("intruder", &["-1500", "0", "30", "25", "0", "crewed"]),
+    ("intruder", &["1200", "350", "40", "-20", "0", "crewed"]),
+    ("head_on", &["2000", "30", "crewed"]),
+    ("head_on", &["2500", "50", "crewed"]),
+    ("head_on", &["1500", "20", "uncrewed"]),
+    ("circling", &["0", "0", "60", "400", "20", "crewed"]),
+    ("circling", &["0", "300", "40", "900", "30", "crewed"]),
+];
+/// Winds at the start of a drawn mission: as planned for, and beyond it, up to more than the vehicle's airspeed.
+const WINDS: [&[&str]; 8] = [
+    &["4", "0", "1"],
+    &["0", "-5"],
+    &["-5", "5", "1"],
+    &["0", "7"],
+    &["8", "4"],
+    &["0", "-11", "2"],
+    &["12", "0"],
+    &["0", "16"],
+];
+/// Of a hundred drawn missions this many have one.
+const WINDY: u64 = 30;
 /// Processes that may hang. What the vehicle does without an autopilot is tested elsewhere.
 const PROCESSES: [&str; 6] = ["planner", "skill-manager", "mcm", "monitor", "control-tower", "gateway"];
+/// A tower that is silent for as long as it takes to fly there and back.
+const SILENT_TOWER: Duration = Duration::from_secs(300);
 /// Milliseconds by which the clocks are set: a correction, a minute, an hour, each way.
 const CLOCKS_MS: [i64; 6] = [-3_600_000, -60_000, -1_500, 1_500, 60_000, 3_600_000];
 
@@ -152,19 +190,22 @@ pub fn existing(seed: u64, missions: &[Existing], machine: Machine) -> Script {
     let mut dice = Dice(seed);
     let Existing { mission, areas } = &missions[dice.below(missions.len() as u64) as usize];
     let permissions = dice.one_of(&POLICIES);
-    let troubles = troubles(&mut dice, areas);
-    let mission = mission.clone();
-    Script { seed, mission, permissions, grant_valid_s: None, machine, troubles, settles: true }
+    let troubles = troubles(&mut dice, &Subject { areas, places: &[], bare: "" });
+    Script::new(seed, mission.clone(), permissions, machine, troubles)
 }
 
-/// A mission that nobody designed, with windows, and a tower whose grants may be short; with trouble.
+/// A mission that nobody designed over its own ground, with windows, and a tower whose grants may be short; with trouble.
 pub fn random(seed: u64, machine: Machine) -> Script {
     let mut dice = Dice(!seed);
-    let (text, areas) = random_mission(&mut dice);
+    let drawn = random_mission(&mut dice);
     let permissions = dice.one_of(&POLICIES);
     let grant_valid_s = Positive::try_from(dice.one_of(&GRANTS_S)).ok();
-    let troubles = troubles(&mut dice, &areas);
-    Script { seed, mission: Choice::Drawn(text), permissions, grant_valid_s, machine, troubles, settles: true }
+    let mut troubles = troubles(&mut dice, &Subject::of(&drawn));
+    if dice.sometimes(WINDY) {
+        troubles.insert(0, (Duration::ZERO, fault("wind", dice.one_of(&WINDS))));
+    }
+    let (mission, ground) = (Choice::Drawn(drawn.text), drawn.ground);
+    Script { ground, ..Script { grant_valid_s, ..Script::new(seed, mission, permissions, machine, troubles) } }
 }
 
 /// A machine with too much to do.
@@ -172,29 +213,44 @@ pub fn busy(seed: u64) -> Machine {
     Machine::Busy { seed, worst: WORST }
 }
 
-fn troubles(dice: &mut Dice, areas: &[String]) -> Vec<(Duration, Trouble)> {
-    let mut times: Vec<u64> = (0..dice.below(TROUBLES)).map(|_| dice.below(TROUBLE_S * 10)).collect();
-    times.sort_unstable();
-    times.into_iter().map(|tenths| (Duration::from_millis(tenths * 100), trouble(dice, areas))).collect()
+/// What troubles are about.
+struct Subject<'a> {
+    areas: &'a [String],
+    /// Where it may land, north, east and height.
+    places: &'a [[i64; 3]],
+    /// The mission without its areas; empty where it is not drawn.
+    bare: &'a str,
 }
 
-fn trouble(dice: &mut Dice, areas: &[String]) -> Trouble {
-    match dice.below(12) {
-        9 | 10 => {
-            let (process, time) = (dice.one_of(&KILLED).to_owned(), Duration::from_millis(dice.one_of(&DEAD_MS)));
-            let memory = if dice.sometimes(25) { Memory::Lost } else { Memory::Kept };
-            Trouble::Kill { process, time, memory }
+impl Subject<'_> {
+    fn of(drawn: &Drawn) -> Subject<'_> {
+        Subject { areas: &drawn.areas, places: &drawn.places, bare: &drawn.bare }
+    }
+}
+
+fn troubles(dice: &mut Dice, subject: &Subject<'_>) -> Vec<(Duration, Trouble)> {
+    let mut times: Vec<u64> = (0..dice.below(TROUBLES)).map(|_| dice.below(TROUBLE_S * 10)).collect();
+    times.sort_unstable();
+    times.into_iter().map(|tenths| (Duration::from_millis(tenths * 100), trouble(dice, subject))).collect()
+}
+
+fn trouble(dice: &mut Dice, subject: &Subject<'_>) -> Trouble {
+    let areas = subject.areas;
+    match dice.below(14) {
+        13 => {
+            let (name, args) = dice.one_of(&TRAFFIC);
+            fault(name, args)
         }
-        11 => disturbance(dice),
         0..=3 => {
             let (name, args) = dice.one_of(&FAULTS);
-            Trouble::Fault { name: name.to_owned(), args: args.iter().map(|it| (*it).to_owned()).collect() }
+            fault(name, args)
         }
+        4 if dice.sometimes(20) => Trouble::Hang { process: "control-tower".to_owned(), time: SILENT_TOWER },
         4 => {
             let (process, seconds) = (dice.one_of(&PROCESSES), dice.one_of(&[1, 4, 20]));
             Trouble::Hang { process: process.to_owned(), time: Duration::from_secs(seconds) }
         }
-        5 => Trouble::Order(order(dice)),
+        5 => Trouble::Order(order(dice, subject)),
         6 if dice.sometimes(30) => Trouble::Clock(dice.one_of(&CLOCKS_MS)),
         7 if !areas.is_empty() => {
             let area = areas[dice.below(areas.len() as u64) as usize].clone();
@@ -202,8 +258,29 @@ fn trouble(dice: &mut Dice, areas: &[String]) -> Trouble {
             let valid_for_s = dice.one_of(&[None, Some(20.0), Some(60.0), Some(150.0)]);
             Trouble::Decide { area, decision, valid_for_s: valid_for_s.filter(|_| decision == Decision::Grant) }
         }
+        9 | 10 => {
+            let (process, time) = (dice.one_of(&KILLED).to_owned(), Duration::from_millis(dice.one_of(&DEAD_MS)));
+            let memory = if dice.sometimes(25) { Memory::Lost } else { Memory::Kept };
+            Trouble::Kill { process, time, memory }
+        }
+        11 => disturbance(dice),
+        12 if !subject.bare.is_empty() => upload(dice, subject),
         _ => Trouble::Flag(dice.one_of(&FLAGS).to_owned()),
     }
+}
+
+fn fault(name: &str, args: &[&str]) -> Trouble {
+    Trouble::Fault { name: name.to_owned(), args: args.iter().map(|it| (*it).to_owned()).collect() }
+}
+
+/// The mission without its areas, or with one area in their place.
+fn upload(dice: &mut Dice, subject: &Subject<'_>) -> Trouble {
+    let (south, west) = (dice.between(-150, 100), dice.between(30, 500));
+    let (north, east) = (south + dice.between(50, 250), west + dice.between(50, 200));
+    let corners = format!("[[{south}, {west}], [{north}, {west}], [{north}, {east}], [{south}, {east}]]");
+    let area = format!("[[area]]\nname = \"late\"\nkind = \"keep-out\"\ncorners_m = {corners}\n");
+    let (bare, with_area) = (subject.bare, dice.sometimes(50));
+    Trouble::Upload(if with_area { format!("{bare}{area}") } else { bare.to_owned() })
 }
 
 fn disturbance(dice: &mut Dice) -> Trouble {
@@ -213,10 +290,14 @@ fn disturbance(dice: &mut Dice) -> Trouble {
     Trouble::Disturb { disturbance: Disturbance { seed: dice.below(1 << 32), lost, twice, late }, time }
 }
 
-fn order(dice: &mut Dice) -> Verb {
+fn order(dice: &mut Dice, subject: &Subject<'_>) -> Verb {
     let overrides = dice.sometimes(25);
-    let position =
-        v1::Ned { north_m: dice.between(-100, 100) as f64, east_m: dice.between(0, 500) as f64, down_m: 0.0 };
+    let anywhere = [dice.between(-100, 100), dice.between(0, 500), 0];
+    let [north, east, height] = match subject.places {
+        places if !places.is_empty() && dice.sometimes(50) => dice.one_of(places),
+        _ => anywhere,
+    };
+    let position = v1::Ned { north_m: north as f64, east_m: east as f64, down_m: -height as f64 };
     match dice.below(7) {
         0 => Verb::Pause(v1::PauseMission { overrides }),
         1 => Verb::Resume(v1::ResumeMission {}),
@@ -240,7 +321,7 @@ mod tests {
             let (script, random) = (draw(seed), random(seed, Machine::Ideal));
             assert_eq!(script.troubles, draw(seed).troubles);
             for script in [script, random] {
-                assert!(script.troubles.len() < TROUBLES as usize);
+                assert!(script.troubles.len() <= TROUBLES as usize);
                 assert!(script.troubles.is_sorted_by_key(|(at, _)| *at), "seed {seed}");
                 assert!(script.troubles.iter().all(|(at, _)| *at < Duration::from_secs(TROUBLE_S)));
             }
@@ -250,7 +331,7 @@ mod tests {
 
     #[test]
     fn every_fault_that_is_drawn_is_one_that_the_simulator_takes() {
-        for (name, args) in FAULTS {
+        for (name, args) in FAULTS.into_iter().chain(TRAFFIC).chain(WINDS.map(|it| ("wind", it))) {
             let args: Vec<String> = args.iter().map(|it| (*it).to_owned()).collect();
             assert_eq!(vehicle_sim::faults::check(name, &args), Ok(()), "{name}");
         }

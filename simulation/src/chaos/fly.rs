@@ -11,6 +11,7 @@ use domain::time::Time;
 use kittiwake_proto::topics::Service;
 use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, DecisionRecord};
+use witness::truth::Figures;
 
 use super::draw::FLAGS;
 use super::ending::Ending;
@@ -23,6 +24,8 @@ use crate::{Changes, Setup, Simulation};
 
 /// From the last trouble until all ends that can end.
 const SETTLES_AFTER: Duration = Duration::from_secs(30);
+/// The same where there is other traffic, which comes from far away.
+const TRAFFIC_PASSES_AFTER: Duration = Duration::from_secs(120);
 /// From the last trouble until a mission that can end is over, with time for each hold and pause before another try.
 const LIMIT: Duration = Duration::from_secs(3600);
 /// After this an operator looks whether a flag that was lowered by hand is still up.
@@ -39,12 +42,16 @@ pub struct Flight {
     pub ending: Ending,
     /// What there is against it, in order.
     pub findings: Vec<Finding>,
+    /// The same by rules that the product is known to break: counted, and no failure.
+    pub known: Vec<Finding>,
     /// Of what was decided and when.
     pub hash: LogHash,
     /// Virtual time.
     pub flown: Duration,
     /// Every decision, in order.
     pub decisions: Vec<Decision>,
+    /// What breaks no rule, and is counted.
+    pub figures: Figures,
 }
 
 /// Flies it, with the configuration in this folder.
@@ -92,11 +99,18 @@ fn fly_with(script: &Script, config: &Path, tape: Option<Tape>) -> Result<Flight
         decisions: records.into_iter().map(line).collect(),
     };
     let findings = judge(script, &evidence);
+    let (findings, known) = findings.into_iter().partition(|it| it.rule.known_fault().is_none());
     let (flown, Evidence { ending, decisions, .. }) = (simulation.now().since_start(), evidence);
-    Ok(Flight { script: script.clone(), ending, findings, hash, flown, decisions })
+    let figures = simulation.figures();
+    Ok(Flight { script: script.clone(), ending, findings, known, hash, flown, decisions, figures })
 }
 
 impl Flight {
+    /// Breaches, then known faults.
+    pub fn all_findings(&self) -> impl Iterator<Item = &Finding> {
+        self.findings.iter().chain(&self.known)
+    }
+
     /// What happened and what was decided, by time.
     pub fn story(&self) -> Vec<(Duration, String)> {
         let troubles = self.script.troubles.iter().map(|(at, trouble)| (*at, format!("trouble: {trouble}")));
@@ -119,7 +133,11 @@ fn simulation(script: &Script, config: &Path, tape: Option<Tape>) -> Result<Simu
     };
     let Script { seed, permissions, machine, grant_valid_s, .. } = *script;
     let setup = Setup { config, mission: path, permissions, seed, machine };
-    Simulation::changed(&setup, Changes { mission, grant_valid_s, tape, ..Changes::default() })
+    let ground = match &mission {
+        Some(_) => script.ground.clone(),
+        None => Simulation::ground(&setup)?,
+    };
+    Simulation::changed(&setup, Changes { mission, grant_valid_s, tape, ground, ..Changes::default() })
 }
 
 fn perform(simulation: &mut Simulation<'_>, script: &Script) {
@@ -160,12 +178,16 @@ fn befall(simulation: &mut Simulation<'_>, trouble: &Trouble) {
         Trouble::Kill { process, time, memory } => simulation.restart(process, *time, *memory),
         Trouble::Disturb { disturbance, time } => simulation.disturb(*disturbance, *time),
         Trouble::Clock(by_ms) => simulation.set_clock(*by_ms),
+        Trouble::Upload(text) => {
+            let text = v1::MissionText { text: text.clone(), ..Default::default() };
+            simulation.ask(v1::mission_request::Request::Upload(text));
+        }
     }
 }
 
 /// All trouble ends that can end.
 fn settle(simulation: &mut Simulation<'_>, script: &Script) {
-    simulation.pass(SETTLES_AFTER);
+    simulation.pass(if script.has_traffic() { TRAFFIC_PASSES_AFTER } else { SETTLES_AFTER });
     simulation.inject_fault("clear", &[]);
     raised_by_hand(script).for_each(|it| simulation.lower_flag(it));
     // What a process has forgotten, an operator accepts as forgotten.

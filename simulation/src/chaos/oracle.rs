@@ -7,6 +7,7 @@ use kittiwake_proto::v1::MissionOutcome;
 use witness::Breach;
 use witness::modes::ModeStorm;
 use witness::setpoints::StaleSetpoint;
+use witness::truth;
 
 use super::ending::Ending;
 use super::script::Script;
@@ -64,6 +65,40 @@ pub enum Rule {
     End,
     /// No process panics.
     Panic,
+    /// One over the truth, which the simulator shows.
+    Truth(truth::Rule),
+}
+
+/// Rules that the product is known to break, each with where: they are judged, counted and reported, and fail no run. To mend a fault
+/// is to take its line away. Issue 44 has the faults.
+pub const KNOWN_FAULTS: [(Rule, &str); 5] = [
+    (
+        Rule::Truth(truth::Rule::Ground),
+        "ways and plans are flown at heights above the take-off point, whatever the height of a place is (domain/src/way.rs, planner/src/routing)",
+    ),
+    (
+        Rule::Truth(truth::Rule::Separation),
+        "a response to traffic stands still, and no traffic row counts on the ground (config/contingencies.toml: traffic_near, vessel_near)",
+    ),
+    (
+        Rule::Truth(truth::Rule::Flapping),
+        "the closest approach is that of the present velocity, which the response changes (monitor/src/traffic.rs, approach_m)",
+    ),
+    (
+        Rule::Truth(truth::Rule::Progress),
+        "a hold has no end but the battery's; a response ends by its clock (config/contingencies.toml: hold_position, limit_s)",
+    ),
+    (
+        Rule::Truth(truth::Rule::Upload),
+        "an upload replaces all areas, also those that the tower has closed (mcm/src/world/mission_requests.rs)",
+    ),
+];
+
+impl Rule {
+    /// Where the product is known to break it, if it is.
+    pub fn known_fault(self) -> Option<&'static str> {
+        KNOWN_FAULTS.iter().find(|(rule, _)| *rule == self).map(|(_, place)| *place)
+    }
 }
 
 /// Something against a flight.
@@ -96,9 +131,7 @@ pub fn judge(script: &Script, seen: &Evidence) -> Vec<Finding> {
         find(Rule::Panic, seen.until, None, format!("a process panicked: {panic}"));
         return findings;
     }
-    // A vehicle that does not know where it is, or is blown away, does not choose where it flies.
-    let of_place = |it: &Breach| rule(it) != Rule::Response;
-    for breach in seen.breaches.iter().filter(|it| script.knows_its_place() || !of_place(it)) {
+    for breach in seen.breaches.iter().filter(|it| is_judged(script, rule(it))) {
         find(rule(breach), breach.at(), None, breach.what());
     }
     for excursion in &seen.excursions {
@@ -121,15 +154,29 @@ pub fn judge(script: &Script, seen: &Evidence) -> Vec<Finding> {
         let what = format!("{count} requests to {service} were left without a reply");
         find(Rule::Reply, seen.until, Some(*process), what);
     }
-    if let Some(what) = not_ended(script, &seen.ending) {
+    // What follows from flying into the ground is not told twice.
+    let hit_the_ground = seen.breaches.iter().any(|it| rule(it) == Rule::Truth(truth::Rule::Ground));
+    let crashed = matches!(seen.ending, Ending::Over { outcome: MissionOutcome::Crash, .. });
+    if let Some(what) = not_ended(script, &seen.ending).filter(|_| !(hit_the_ground && crashed)) {
         find(Rule::End, seen.until, None, format!("{what}: {}", seen.ending));
     }
     findings.sort_by_key(|it| (it.at, it.rule));
     findings
 }
 
+/// Whether it counts in this flight: a vehicle that does not know where it is, or is blown away, does not choose where it flies.
+fn is_judged(script: &Script, rule: Rule) -> bool {
+    match rule {
+        Rule::Response | Rule::Truth(truth::Rule::Flapping | truth::Rule::Progress) => true,
+        // Wind is what is judged there.
+        Rule::Truth(truth::Rule::Reserve) => script.knows_its_place_in_wind() && script.flies_its_speed(),
+        _ => script.knows_its_place(),
+    }
+}
+
 fn rule(breach: &Breach) -> Rule {
     match breach {
+        Breach::Truth { rule, .. } => Rule::Truth(*rule),
         Breach::Entered { .. } | Breach::Stayed { .. } | Breach::Unlisted { .. } => Rule::Airspace,
         Breach::TookOff { .. } => Rule::Takeoff,
         // Whoever flies the vehicle responds.
@@ -155,6 +202,17 @@ fn not_ended(script: &Script, ending: &Ending) -> Option<&'static str> {
             script.settles.then_some("all trouble had ended, and the mission is not over")
         }
         Ending::Adrift { .. } => Some("it neither landed nor holds for a reason"),
+    }
+}
+
+/// One word.
+impl fmt::Display for Rule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let word = match self {
+            Rule::Truth(rule) => format!("{rule:?}"),
+            rule => format!("{rule:?}"),
+        };
+        f.write_str(&word.to_lowercase())
     }
 }
 

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use control_tower::policy::Policy;
 use domain::quantity::Positive;
+use vehicle_sim::ground::Ground;
 
 use super::trouble::Trouble;
 use crate::Machine;
@@ -28,6 +29,8 @@ pub struct Script {
     /// A while after the last trouble all ends that can end: faults are cleared, flags lowered, and an operator resumes the mission.
     /// A mission that is still not over in the end has something against it.
     pub settles: bool,
+    /// The ground: level at the height of the take-off point, but under a drawn mission.
+    pub ground: Ground,
 }
 
 /// Which mission.
@@ -60,13 +63,55 @@ const MISLEADING: [(&str, Option<&str>); 13] = [
     ("drop", Some("vehicle_local_position")),
 ];
 
+/// The wind that plans allow for, gusts included. (`[planner] wind_m_s`)
+const PLANNED_M_S: f64 = 8.0;
+
+/// The mean of a fault `wind` and two standard deviations of its gusts.
+fn strongest_m_s(args: &[String]) -> f64 {
+    let number = |at: usize| args.get(at).and_then(|it| it.parse::<f64>().ok()).unwrap_or_default();
+    number(0).hypot(number(1)) + 2.0 * number(2)
+}
+
 impl Script {
+    /// With grants as configured, over level ground; all trouble ends in the end.
+    pub fn new(
+        seed: u64,
+        mission: Choice,
+        permissions: Policy,
+        machine: Machine,
+        troubles: Vec<(Duration, Trouble)>,
+    ) -> Script {
+        let ground = Ground::default();
+        Script { seed, mission, permissions, grant_valid_s: None, machine, troubles, settles: true, ground }
+    }
+
     /// Whether the vehicle knows all the time where it is, and can fly there.
     pub fn knows_its_place(&self) -> bool {
         !self.has_fault(|name, args| {
             let is_of = |topic: &Option<&str>| topic.is_none_or(|topic| args.first().is_some_and(|it| it == topic));
-            MISLEADING.iter().any(|(misleading, topic)| *misleading == name && is_of(topic))
+            let is_weak = name == "wind" && strongest_m_s(args) <= PLANNED_M_S;
+            !is_weak && MISLEADING.iter().any(|(misleading, topic)| *misleading == name && is_of(topic))
         })
+    }
+
+    /// Whether it knows all the time where it is, also where a wind carries it away.
+    pub fn knows_its_place_in_wind(&self) -> bool {
+        self.without("wind").knows_its_place()
+    }
+
+    /// Whether it flies as fast as it wants to.
+    pub fn flies_its_speed(&self) -> bool {
+        !self.has_fault(|name, _| name == "slow_flight")
+    }
+
+    /// Whether other traffic appears.
+    pub fn has_traffic(&self) -> bool {
+        self.has_fault(|name, _| matches!(name, "intruder" | "head_on" | "circling"))
+    }
+
+    fn without(&self, fault: &str) -> Script {
+        let is_it = |it: &Trouble| matches!(it, Trouble::Fault { name, .. } if name == fault);
+        self.with(self.troubles.iter().filter(|(_, it)| !is_it(it)).cloned().collect())
     }
 
     /// Whether the vehicle says the truth about the mode that it flies in, if it says anything.
@@ -118,15 +163,8 @@ mod tests {
     fn check(fault: &str, knows_its_place: bool, tells_its_mode: bool) {
         let mut words = fault.split(' ').map(str::to_owned);
         let trouble = Trouble::Fault { name: words.next().unwrap(), args: words.collect() };
-        let script = Script {
-            seed: 1,
-            mission: Choice::Configured,
-            permissions: Policy::Grant,
-            grant_valid_s: None,
-            machine: Machine::Ideal,
-            troubles: vec![(Duration::ZERO, Trouble::Flag("obstacle".into())), (Duration::from_secs(9), trouble)],
-            settles: true,
-        };
+        let troubles = vec![(Duration::ZERO, Trouble::Flag("obstacle".into())), (Duration::from_secs(9), trouble)];
+        let script = Script::new(1, Choice::Configured, Policy::Grant, Machine::Ideal, troubles);
         assert_eq!(script.knows_its_place(), knows_its_place, "{fault}");
         assert_eq!(script.tells_its_mode(), tells_its_mode, "{fault}");
     }
@@ -135,6 +173,7 @@ mod tests {
     fn a_fault_says_what_cannot_be_judged() {
         check("battery 0.1", true, true);
         check("wind 6 6 2", false, true);
+        check("wind 6 5", true, true);
         check("gnss_loss", false, true);
         check("steering_error 30 0", false, true);
         check("drain 4", true, true);

@@ -56,6 +56,8 @@ pub enum Trouble {
     },
     /// The wall clocks are set by this many milliseconds.
     Clock(i64),
+    /// An operator uploads this mission file.
+    Upload(String),
 }
 
 impl fmt::Display for Trouble {
@@ -80,6 +82,12 @@ impl fmt::Display for Trouble {
                 write!(f, "come twice, each late by up to {} ms", late.as_millis())
             }
             Trouble::Clock(by_ms) => write!(f, "clocks are set by {by_ms} ms"),
+            Trouble::Upload(text) => {
+                let areas: Vec<&str> = text.split("[[area]]").skip(1).map(str::trim).collect();
+                let areas =
+                    if areas.is_empty() { "without areas".to_owned() } else { areas.join(", ").replace('\n', ", ") };
+                write!(f, "operator uploads a mission: the objectives and sites as before, {areas}")
+            }
         }
     }
 }

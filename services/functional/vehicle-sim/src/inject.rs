@@ -9,6 +9,9 @@ use nalgebra::Vector3;
 use crate::VehicleSim;
 use crate::estimator::EstimatorFaults;
 use crate::faults::Fault;
+use crate::frame::{horizontal, ned, ned_velocity};
+use crate::multirotor::Multirotor;
+use crate::traffic::Course;
 
 /// Carries out `fault`. Returns what was done, for a human.
 pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
@@ -85,8 +88,16 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
         }
         Fault::Intruder { north_m, east_m, height_m, north_m_s, east_m_s, kind } => {
             let from = Ned::new(north_m, east_m, 0.0).at_height(height_m);
-            let id = traffic.appear(from, NedVelocity::new(north_m_s, east_m_s, 0.0), kind, now);
-            format!("`{id}` appears")
+            let course = Course::Straight { from, velocity: NedVelocity::new(north_m_s, east_m_s, 0.0) };
+            format!("`{}` appears", traffic.appear(course, kind, now))
+        }
+        Fault::Circling { north_m, east_m, height_m, radius_m, speed_m_s, kind } => {
+            let round = Ned::new(north_m, east_m, 0.0).at_height(height_m);
+            let id = traffic.appear(Course::Circle { round, radius_m, speed_m_s }, kind, now);
+            format!("`{id}` circles")
+        }
+        Fault::HeadOn { distance_m, speed_m_s, kind } => {
+            format!("`{}` comes head-on", traffic.appear(head_on(&vehicle.body, distance_m, speed_m_s), kind, now))
         }
         Fault::PilotTakesOver(mode) => {
             vehicle.taken_over(mode, now);
@@ -165,4 +176,10 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             "all faults are over".into()
         }
     }
+}
+
+/// Towards where `body` is, at its height, from where it flies to; from the north of one that hovers.
+fn head_on(body: &Multirotor, distance_m: f64, speed_m_s: f64) -> Course {
+    let ahead = horizontal(body.velocity).try_normalize(1.0).unwrap_or(Vector3::x());
+    Course::Straight { from: ned(body.position + ahead * distance_m), velocity: ned_velocity(ahead * -speed_m_s) }
 }

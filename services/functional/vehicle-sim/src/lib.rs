@@ -23,6 +23,7 @@ pub mod faults;
 mod frame;
 mod globe;
 mod gripper;
+pub mod ground;
 mod guidance;
 mod inject;
 mod land_detector;
@@ -36,6 +37,7 @@ mod publisher;
 mod schedule;
 mod telemetry;
 mod traffic;
+pub mod truth;
 mod vehicle;
 mod wind;
 
@@ -43,6 +45,7 @@ use commander::Refusal;
 use config::Config;
 use faults::Fault;
 use faults::catalogue::{CatalogueEntry, catalogue};
+use ground::Ground;
 use publisher::Publisher;
 use telemetry::Telemetry;
 use traffic::Traffic;
@@ -70,6 +73,12 @@ impl VehicleSim {
             publisher: Publisher::new(&config.rates, pace),
             commands_to_reject: 0,
         }
+    }
+
+    /// The same over this ground.
+    pub fn over(mut self, ground: Ground) -> VehicleSim {
+        self.vehicle.body.ground = ground;
+        self
     }
 
     /// An invalid message changes nothing, except that an invalid command is acknowledged.

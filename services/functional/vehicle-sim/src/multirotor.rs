@@ -1,7 +1,7 @@
 //! The body in the air: a quadrotor as a point mass that tilts its thrust to move sideways.
 //!
-//! This is the true state, of which the autopilot has only an estimate. The ground is the plane
-//! through the origin; a body that stands on it neither slides nor tips. Rotor flow, ground effect
+//! This is the true state, of which the autopilot has only an estimate. A body that stands on the
+//! ground neither slides nor tips. Rotor flow, ground effect
 //! and the body's inertia are not modelled: tilt and thrust follow the controls with first-order
 //! lags, which are why a real one overshoots.
 
@@ -9,12 +9,19 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::config::Airframe;
 use crate::frame::horizontal;
+use crate::ground::Ground;
 
 /// Standard gravity (ISO 80000-3).
 pub(crate) const GRAVITY_M_S2: f64 = 9.80665;
 
 /// Turn rate of a quadrotor that flies on two motors and cannot hold its heading.
 const SPIN_RAD_S: f64 = 6.0;
+
+/// A body that is this deep in the ground after one step has come from the side, in metres: more than a fall from 100 m makes of a step.
+const FROM_THE_SIDE_M: f64 = 0.3;
+
+/// Slower than this along a wall the body slides. (ENG)
+const SLIDES_M_S: f64 = 0.5;
 
 /// What the autopilot makes the body do.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,6 +75,10 @@ pub(crate) struct Multirotor {
     pub(crate) drag_m_s2: Vector3<f64>,
     /// Whether it stands on the ground.
     pub(crate) standing: bool,
+    /// What it stands on, or will meet.
+    pub(crate) ground: Ground,
+    /// How often it has met the ground from the side, faster than it slides along it.
+    pub(crate) collisions: u32,
     airframe: Airframe,
 }
 
@@ -82,6 +93,8 @@ impl Multirotor {
             thrust_m_s2: 0.0,
             drag_m_s2: Vector3::zeros(),
             standing: true,
+            ground: Ground::default(),
+            collisions: 0,
             airframe,
         }
     }
@@ -92,7 +105,7 @@ impl Multirotor {
         nose.y.atan2(nose.x)
     }
 
-    /// Advances by `dt_s`. Returns the sinking speed if the body met the ground.
+    /// Advances by `dt_s`. Returns the speed at which the body met the ground: sinking, or from the side.
     pub(crate) fn step(&mut self, controls: &Controls, motors: Motors, wind: Vector3<f64>, dt_s: f64) -> Option<f64> {
         self.turn(controls, motors, dt_s);
         let upwards = self.attitude * -Vector3::z();
@@ -111,8 +124,22 @@ impl Multirotor {
         self.standing = false;
         // Semi-implicit Euler: the new velocity moves the position, so that no energy is created.
         self.velocity += acceleration * dt_s;
+        let before = self.position;
         self.position += self.velocity * dt_s;
-        (self.position.z >= 0.0 && self.velocity.z >= 0.0).then(|| self.meet_the_ground())
+        let ground_down_m = self.ground.down_m(self.position);
+        if FROM_THE_SIDE_M < self.position.z - ground_down_m {
+            return Some(self.collide(before));
+        }
+        (self.position.z >= ground_down_m && self.velocity.z >= 0.0).then(|| self.meet_the_ground(ground_down_m))
+    }
+
+    /// It comes no farther than to a wall, and slides along it.
+    fn collide(&mut self, before: Vector3<f64>) -> f64 {
+        let speed_m_s = horizontal(self.velocity).norm();
+        self.collisions += u32::from(SLIDES_M_S < speed_m_s);
+        self.position = Vector3::new(before.x, before.y, self.position.z);
+        self.velocity = Vector3::new(0.0, 0.0, self.velocity.z);
+        speed_m_s
     }
 
     /// Turns the thrust towards its demanded direction, and the nose at its demanded rate.
@@ -135,10 +162,10 @@ impl Multirotor {
         self.attitude = UnitQuaternion::new_normalize(self.attitude.into_inner() + self.attitude.into_inner() * turn);
     }
 
-    fn meet_the_ground(&mut self) -> f64 {
+    fn meet_the_ground(&mut self, ground_down_m: f64) -> f64 {
         let speed = self.velocity.z;
         let heading = self.heading_rad();
-        self.position.z = 0.0;
+        self.position.z = ground_down_m;
         self.velocity = Vector3::zeros();
         self.rates = Vector3::zeros();
         self.attitude = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading);
@@ -156,6 +183,7 @@ fn share_of(dt_s: f64, lag_s: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::config::shipped;
+    use crate::ground::{Patch, Surface};
     use crate::noise::{Noise, NoiseStream};
 
     const DT: f64 = 0.004;
@@ -234,5 +262,26 @@ mod tests {
             body.step(&more, Motors::Working, Vector3::zeros(), DT);
         }
         assert!(!body.standing && body.position.z < -0.1);
+    }
+
+    #[test]
+    fn the_ground_is_as_high_as_it_is_and_nothing_flies_through_it() {
+        let mut body = airborne();
+        let patches = vec![Patch::square((0.0, 50.0), 40.0, 60.0, Surface::Land)];
+        body.ground = Ground { elsewhere_m: -15.0, patches, ..Ground::default() };
+        body.position = Vector3::new(0.0, 20.0, -20.0);
+        body.velocity = Vector3::new(0.0, 12.0, 0.0);
+        let mut met = Vec::new();
+        for _ in 0..5_000 {
+            met.extend(body.step(&Controls::IDLE, Motors::NoThrust, Vector3::zeros(), DT));
+        }
+        assert_eq!((body.collisions, met.len(), body.position.z), (1, 2, 15.0));
+        assert!(body.position.y < 30.0 && 10.0 < met[0], "{met:?} {body:?}");
+        body.position = Vector3::new(0.0, 50.0, -70.0);
+        body.standing = false;
+        for _ in 0..5_000 {
+            body.step(&Controls::IDLE, Motors::NoThrust, Vector3::zeros(), DT);
+        }
+        assert_eq!((body.standing, body.position.z, body.collisions), (true, -60.0, 1));
     }
 }

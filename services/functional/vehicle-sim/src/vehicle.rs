@@ -345,7 +345,8 @@ impl Vehicle {
             self.controller.reset();
             return Controls::IDLE;
         }
-        let blocked_below_m = self.site_blocked.then(|| self.config.blocked_site_height_m.get());
+        let blocked_height_m = || self.config.blocked_site_height_m.get() - self.body.ground.down_m(self.body.position);
+        let blocked_below_m = self.site_blocked.then(blocked_height_m);
         let input = PilotInput { setpoint, blocked_below_m, steering_error: self.steering_error };
         let mut demand = self.pilot.demand(&estimate, &input, limits, dt_s);
         demand.velocity.z = demand.velocity.z.max(-self.liftoff.climb_limit_m_s(self.clock, limits));

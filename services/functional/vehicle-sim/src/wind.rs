@@ -29,6 +29,11 @@ impl Wind {
         *self = Wind { mean, gust: gust_m_s, estimate, ..Wind::default() };
     }
 
+    /// Without its gusts, NED.
+    pub(crate) fn mean(&self) -> Vector3<f64> {
+        self.mean
+    }
+
     /// Advances by `dt_s` and returns the wind, NED.
     pub(crate) fn step(&mut self, noise: &mut Noise, dt_s: f64) -> Vector3<f64> {
         if self.gust > 0.0 {

@@ -19,15 +19,8 @@ fn script(fault: Option<(&str, &[&str])>, settles: bool) -> Script {
         let args = args.iter().map(|it| (*it).to_owned()).collect();
         (Duration::from_secs(60), Trouble::Fault { name: name.to_owned(), args })
     });
-    Script {
-        seed: 7,
-        mission: Choice::Configured,
-        permissions: Policy::Grant,
-        grant_valid_s: None,
-        machine: Machine::Ideal,
-        troubles: fault.into_iter().collect(),
-        settles,
-    }
+    let troubles = fault.into_iter().collect();
+    Script { settles, ..Script::new(7, Choice::Configured, Policy::Grant, Machine::Ideal, troubles) }
 }
 
 fn over(outcome: MissionOutcome, reason: &str, place: Option<&str>) -> Ending {

@@ -141,6 +141,34 @@ const CATALOGUE: &[CatalogueEntry] = &[
         },
     },
     CatalogueEntry {
+        name: "circling",
+        arguments: "NORTH EAST HEIGHT RADIUS SPEED [KIND]",
+        effect: "another aircraft appears and flies a level circle of RADIUS (m) round NORTH EAST HEIGHT (m) at SPEED (m/s); KIND as of an intruder",
+        parse: |it| {
+            Ok(Fault::Circling {
+                north_m: it.number("NORTH", -1e5..=1e5)?,
+                east_m: it.number("EAST", -1e5..=1e5)?,
+                height_m: it.number("HEIGHT", -1e3..=2e4)?,
+                radius_m: it.number("RADIUS", 1.0..=1e5)?,
+                speed_m_s: it.number("SPEED", 0.0..=400.0)?,
+                kind: it.traffic_kind()?,
+            })
+        },
+    },
+    CatalogueEntry {
+        name: "head_on",
+        arguments: "DISTANCE SPEED [KIND]",
+        effect: "another aircraft appears DISTANCE (m) ahead of the vehicle, at its height, and flies at SPEED (m/s) to where the vehicle is \
+                 now; KIND as of an intruder",
+        parse: |it| {
+            Ok(Fault::HeadOn {
+                distance_m: it.number("DISTANCE", 1.0..=1e5)?,
+                speed_m_s: it.number("SPEED", 0.0..=400.0)?,
+                kind: it.traffic_kind()?,
+            })
+        },
+    },
+    CatalogueEntry {
         name: "pilot_takes_over",
         arguments: "[manual|hold|return|land]",
         effect: "a pilot or another ground station sets the mode, and keeps it until a mode is commanded; manual, which has no name \

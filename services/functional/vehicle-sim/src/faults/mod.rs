@@ -72,6 +72,30 @@ pub(crate) enum Fault {
         /// What it is.
         kind: TrafficKind,
     },
+    /// Other traffic appears, and flies a level circle.
+    Circling {
+        /// Metres north of the origin, of the middle.
+        north_m: f64,
+        /// Metres east of the origin, of the middle.
+        east_m: f64,
+        /// Metres above the origin.
+        height_m: f64,
+        /// Of the circle.
+        radius_m: f64,
+        /// Along the circle.
+        speed_m_s: f64,
+        /// What it is.
+        kind: TrafficKind,
+    },
+    /// Other traffic appears ahead of the vehicle, at its height, and flies to where the vehicle is.
+    HeadOn {
+        /// How far ahead.
+        distance_m: f64,
+        /// Over ground.
+        speed_m_s: f64,
+        /// What it is.
+        kind: TrafficKind,
+    },
     /// Somebody else chooses this mode.
     PilotTakesOver(Mode),
     /// The autopilot flies this mode by a failsafe, for this reason; `None`: the failsafe ends.
@@ -213,6 +237,17 @@ mod tests {
                 kind: TrafficKind::Crewed,
             }),
         );
+        let circle = Fault::Circling {
+            north_m: 1.0,
+            east_m: 2.0,
+            height_m: 3.0,
+            radius_m: 400.0,
+            speed_m_s: 20.0,
+            kind: TrafficKind::Crewed,
+        };
+        check("circling 1 2 3 400 20", Ok(circle));
+        let head_on = Fault::HeadOn { distance_m: 2000.0, speed_m_s: 30.0, kind: TrafficKind::Uncrewed };
+        check("head_on 2000 30 uncrewed", Ok(head_on));
         check("pilot_takes_over", Ok(Fault::PilotTakesOver(Mode::Manual)));
         check("pilot_takes_over land", Ok(Fault::PilotTakesOver(Mode::Land)));
         check("autopilot_failsafe return GCS", Ok(Fault::AutopilotFailsafe(Some((Mode::Return, "GCS".into())))));

@@ -1,0 +1,42 @@
+//! A flag that rises again and again for one cause: its response undoes the cause, its end brings it back.
+
+use std::collections::BTreeMap;
+
+use kittiwake_proto::v1::{DecisionKind, DecisionRecord};
+
+pub(super) const IN_WORDS: &str = "no flag rises three times for one cause: without a trouble, an order, a permission or a finished step between (issue 44, P5)";
+/// So often.
+const OFTEN: u32 = 3;
+
+#[derive(Debug, Default)]
+pub(super) struct Flapping {
+    /// By flag and evidence without its figures.
+    rises: BTreeMap<(String, String), u32>,
+}
+
+impl Flapping {
+    /// The situation is another one.
+    pub(super) fn caused(&mut self) {
+        self.rises.clear();
+    }
+
+    pub(super) fn decided(&mut self, it: &DecisionRecord) -> Option<super::Against> {
+        use DecisionKind::{ContingencyRaised, OrderAccepted, PermissionDecided, StepSucceeded};
+        match it.kind() {
+            OrderAccepted | PermissionDecided | StepSucceeded => self.caused(),
+            ContingencyRaised => {
+                let words: String = it.text.chars().filter(|it| !it.is_ascii_digit()).collect();
+                let count = self.rises.entry((it.flag.clone(), words)).or_default();
+                *count += 1;
+                if *count == OFTEN {
+                    return Some((
+                        super::Rule::Flapping,
+                        format!("`{}` rose {OFTEN} times for one cause: {}", it.flag, it.text),
+                    ));
+                }
+            }
+            _ => {}
+        }
+        None
+    }
+}
