@@ -47,8 +47,8 @@ pub struct Belief {
     key: Option<PublicKey>,
     /// Live once this process has heard it, also with a number from before the start.
     lines: BTreeMap<String, Known<Line>>,
-    /// The highest number of a decision by area. A number from before a restart stays restored: the tower may have decided again since, and
-    /// its line may be a recording.
+    /// The highest number of a decision by area. Live once the tower has decided since the start: a line with a restored number may be a
+    /// recording.
     latest: BTreeMap<String, Known<u64>>,
     /// The highest number of a decision that was forgotten.
     forgotten: Option<u64>,
@@ -285,6 +285,11 @@ impl Belief {
     /// What is known of `area`.
     pub fn permission(&self, area: &str) -> Option<&Permission> {
         self.lines.get(area).map(|it| &it.value.permission)
+    }
+
+    /// Whether this process has heard what the tower has decided about `area`.
+    pub fn is_heard(&self, area: &str) -> bool {
+        self.lines.get(area).is_some_and(Known::is_live)
     }
 
     /// The areas about which something is known.

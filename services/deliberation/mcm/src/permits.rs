@@ -16,8 +16,8 @@ pub(crate) struct Permits {
     pub(crate) sources: BTreeMap<String, Source>,
     /// The areas around the vehicle.
     pub(crate) around: BTreeSet<String>,
-    /// Areas around the vehicle that take a permission, while the tower has not been heard since the start and may still be.
-    pub(crate) unknown: BTreeSet<String>,
+    /// Areas around the vehicle that take a permission of which the tower has not been heard since the start: for three seconds at most.
+    pub(crate) not_heard_yet: BTreeSet<String>,
     /// The vehicle flies.
     pub(crate) flying: bool,
     /// A flag forbids to enter an area in which the vehicle is not already.
@@ -30,8 +30,8 @@ impl Permits {
     /// May it stay where it is, and go on with a step in the air? With everything that was granted, and until the tower is heard in every
     /// area around it: a restart turns no vehicle out.
     pub(crate) fn to_stay(&self) -> Grants {
-        let unknown = self.unknown.iter().map(|name| (name.clone(), Duration::MAX));
-        let mut grants: Grants = unknown.collect();
+        let not_heard_yet = self.not_heard_yet.iter().map(|name| (name.clone(), Duration::MAX));
+        let mut grants: Grants = not_heard_yet.collect();
         grants.extend(self.grants.clone());
         grants
     }
@@ -90,7 +90,7 @@ mod tests {
             grants: grants.into(),
             sources: ["here", "old"].map(|it| (it.to_owned(), source)).into(),
             around: names(&["here", "unknown"]),
-            unknown: names(&["unknown"]),
+            not_heard_yet: names(&["unknown"]),
             flying: true,
             no_new_area: false,
             needs_held: false,
@@ -111,7 +111,7 @@ mod tests {
         let all = restored();
         check(&all, "here old there unknown", "here there unknown", "here old there");
         // The tower should have been heard by now.
-        let doubted = || Permits { unknown: BTreeSet::new(), ..permits(Source::Doubted(Doubt::Unconfirmed)) };
+        let doubted = || Permits { not_heard_yet: BTreeSet::new(), ..permits(Source::Doubted(Doubt::Unconfirmed)) };
         let late = doubted();
         check(&late, "here old there", "here there", "here there");
         // On the ground waiting costs nothing.

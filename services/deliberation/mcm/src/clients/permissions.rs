@@ -176,6 +176,11 @@ impl Permissions {
         self.unless_overdue(self.tower.source, now) == Source::Restored
     }
 
+    /// Whether what the tower has decided about `area` is still to be heard: a ledger may come in several parts.
+    pub(crate) fn awaits_first_line(&self, area: &str, now: Time) -> bool {
+        self.awaits_first_ledger(now) && !self.belief.is_heard(area)
+    }
+
     /// What the tower has not confirmed in time is doubted.
     fn unless_overdue(&self, source: Source, now: Time) -> Source {
         match source {

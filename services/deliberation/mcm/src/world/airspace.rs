@@ -42,14 +42,14 @@ impl World {
         self.answer.permits.get_or_init(|| {
             let (now, grants) = (self.now.time, self.permissions.grants(self.now.time));
             let around = || self.seen.vehicle.into_iter().flat_map(|it| self.areas_around(it.position));
-            let awaits = self.permissions.awaits_first_ledger(now);
-            let unknown = around().filter(|it| awaits && it.kind == AreaKind::Permission);
+            let awaits = |area: &str| self.permissions.awaits_first_line(area, now);
+            let not_heard_yet = around().filter(|it| it.kind == AreaKind::Permission && awaits(&it.name));
             let sources = grants.keys().map(|it| (it, self.permissions.source(it, now)));
             let sources = sources.filter(|(_, source)| *source != Source::Live);
             Permits {
                 sources: sources.map(|(area, source)| (area.clone(), source)).collect(),
                 around: around().map(|it| it.name.clone()).collect(),
-                unknown: unknown.map(|it| it.name.clone()).collect(),
+                not_heard_yet: not_heard_yet.map(|it| it.name.clone()).collect(),
                 flying: self.is_flying(),
                 no_new_area: self.narrowing().no_new_area.is_some(),
                 needs_held: self.answer.needs_held_areas,

@@ -372,6 +372,19 @@ fn after_a_restart_the_vehicle_stays_by_what_was_granted_and_asks_about_it() {
 }
 
 #[test]
+fn a_revocation_counts_at_once_after_a_restart_also_in_a_part_of_the_ledger() {
+    for through_area in ["", "A"] {
+        let mut rig = inside_a(5).started_again();
+        rig.vehicle(true, Loiter, (0.0, 200.0, 10.0));
+        let revoked = ledger(v1::PermissionState::Revoked, 0.0, 6);
+        rig.say(v1::PermissionLedger { tower_start: 1, through_area: through_area.into(), ..revoked });
+        rig.wait(0.2);
+        let up: Vec<String> = rig.status().contingencies.into_iter().map(|it| it.flag).collect();
+        assert_eq!(up, ["area_breached"], "through {through_area:?}");
+    }
+}
+
+#[test]
 fn an_older_decision_changes_nothing_and_a_repeated_one_prolongs_nothing() {
     #[track_caller]
     fn check(lines: &[(v1::PermissionState, f64, u64)], is_held_after_a_minute: bool) {
