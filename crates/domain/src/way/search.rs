@@ -204,7 +204,7 @@ fn cheapest(obstacles: &Obstacles) -> Result<TimedWay, NoWay> {
 fn ends_in_closed_area(obstacles: &Obstacles) -> bool {
     let Obstacles { among, trip: Trip { from, to, begins, lands_from_m }, .. } = *obstacles;
     let flight = among.limits.speeds.time(from, to.at_height(from.height_m()));
-    // Whoever lands comes down last, perhaps for minutes.
+    // A landing comes down last, perhaps for minutes.
     let top_m = lands_from_m.map(|it| it.max(from.height_m()));
     let down = top_m.map_or(Duration::ZERO, |it| among.limits.speeds.time(to.at_height(it), to));
     let (sooner, later) = (soonest(begins.saturating_add(flight)), latest_arrival(begins, flight.saturating_add(down)));
