@@ -230,8 +230,15 @@ impl Surroundings<'_> {
             AreaKind::Permission => Entry::Ask { wait_s: EXPECTED_WAIT_S },
             AreaKind::KeepOut => Entry::Closed,
         };
-        let Found { way, legs } = self.find(from, to, preferred_m, most_legs, entry);
-        Found { way: way.map(|(points, needs)| WayToAsk { points, needs }), legs }
+        // Were it granted, nobody would have to leave what is around the vehicle.
+        let around = self.airspace.trespassed(from).filter(|it| it.kind == AreaKind::Permission);
+        let around: BTreeSet<String> = around.map(|it| it.name.clone()).collect();
+        let mut grants = self.airspace.grants.clone();
+        grants.extend(around.iter().map(|it| (it.clone(), Duration::MAX)));
+        let if_granted = Surroundings { airspace: Airspace { grants: &grants, ..self.airspace }, ..*self };
+        let Found { way, legs } = if_granted.find(from, to, preferred_m, most_legs, entry);
+        let way = way.map(|(points, needs)| WayToAsk { points, needs: &needs | &around });
+        Found { way, legs }
     }
 
     fn find(
@@ -507,6 +514,22 @@ mod tests {
             15.0,
             Some(&[(0.0, 320.0, 15.0), (100.0, 310.0, 15.0), (100.0, 90.0, 15.0), (0.0, 0.0, 15.0)]),
         );
+    }
+
+    /// A wall is all around it: there is no way out.
+    #[test]
+    fn to_ask_for_the_area_around_the_vehicle_it_need_not_be_left_first() {
+        let endless = |it: Area| Area { floor_m: None, ceiling_m: None, ..it };
+        let port = area("P", AreaKind::Permission, &[(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)]);
+        let wall = area("W", AreaKind::KeepOut, &[(-900.0, -900.0), (900.0, -900.0), (900.0, 900.0), (-900.0, 900.0)]);
+        let wall = Area { holes: vec![port.corners.clone()], ..wall };
+        let (areas, grants) = ([endless(port), endless(wall)], Grants::new());
+        let map = AreaMap::new(&areas);
+        let around = Surroundings { airspace: airspace(&areas, &grants), map: &map, limits: &LIMITS };
+        let from = at(0.0, 20.0, 15.0);
+        assert_eq!(around.way_within(from, Ned::default(), 15.0, MOST_LEGS).way, None);
+        let found = around.way_if_granted(from, Ned::default(), 15.0, MOST_LEGS).way.expect("there is a way");
+        assert_eq!((rounded(Some(found.points)), found.needs), (Some(vec![(0.0, 0.0, 15.0)]), ["P".to_owned()].into()));
     }
 
     #[test]

@@ -202,9 +202,12 @@ fn cheapest(obstacles: &Obstacles) -> Result<TimedWay, NoWay> {
 
 /// Whether a closed area bars the goal until long after any way would be there: to look at every way would show nothing else.
 fn ends_in_closed_area(obstacles: &Obstacles) -> bool {
-    let Obstacles { among, trip: Trip { from, to, begins, .. }, .. } = *obstacles;
+    let Obstacles { among, trip: Trip { from, to, begins, lands_from_m }, .. } = *obstacles;
     let flight = among.limits.speeds.time(from, to.at_height(from.height_m()));
-    let (sooner, later) = (soonest(begins.saturating_add(flight)), latest_arrival(begins, flight));
+    // A landing comes down last, perhaps for minutes.
+    let top_m = lands_from_m.map(|it| it.max(from.height_m()));
+    let down = top_m.map_or(Duration::ZERO, |it| among.limits.speeds.time(to.at_height(it), to));
+    let (sooner, later) = (soonest(begins.saturating_add(flight)), latest_arrival(begins, flight.saturating_add(down)));
     let bars = |area: usize| {
         obstacles.may_bar(area)
             && among.entries[area] == Entry::Closed

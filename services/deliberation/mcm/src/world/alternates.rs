@@ -64,6 +64,7 @@ impl World {
     pub(crate) fn look_at_alternates(&mut self) {
         let Some(vehicle) = self.seen.vehicle.filter(|it| it.flying) else {
             self.watch.alternates = Alternates::default();
+            self.need_held_areas(false);
             return;
         };
         self.look_for_held_areas();

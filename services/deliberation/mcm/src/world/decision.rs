@@ -159,11 +159,12 @@ impl World {
     /// Records what is forbidden from now on, and what no longer is.
     fn say_narrowing(&mut self, before: Narrowing) {
         let now = self.narrowing();
+        // Of a flag from before a restart: where the vehicle is seen first.
+        let here = self.seen.vehicle.map(|it| it.position);
+        self.landings.no_landing_at = now.no_landing_here.and(self.landings.no_landing_at.or(here));
         if before == now {
             return;
         }
-        let here = self.seen.vehicle.map(|it| it.position);
-        self.landings.no_landing_at = now.no_landing_here.and(self.landings.no_landing_at.or(here));
         for what in Narrows::ALL {
             match (before.by(what), now.by(what)) {
                 (None, Some(row)) => self.say_narrowed(what, row),

@@ -39,13 +39,16 @@ fn flying(rows: &str, goal: Goal) -> Rig {
     rig
 }
 
-/// Area A, from 100 m to 300 m to the east, with its permission.
-fn with_area(mut rig: Rig) -> Rig {
+/// In the way of every step.
+const AHEAD: (f64, f64) = (100.0, 300.0);
+
+/// Area A between these places to the east, with its permission.
+fn with_area(mut rig: Rig, (west_m, east_m): (f64, f64)) -> Rig {
     let corner = |(north_m, east_m)| v1::Ned { north_m, east_m, down_m: 0.0 };
     let area = v1::Area {
         name: "A".into(),
         kind: v1::AreaKind::Permission as i32,
-        corners: [(-90.0, 100.0), (90.0, 100.0), (90.0, 300.0), (-90.0, 300.0)].map(corner).to_vec(),
+        corners: [(-90.0, west_m), (90.0, west_m), (90.0, east_m), (-90.0, east_m)].map(corner).to_vec(),
         ..Default::default()
     };
     let granted = v1::PermissionState::Granted as i32;
@@ -109,7 +112,7 @@ fn a_response_is_flown_slower_too() {
 
 #[test]
 fn no_new_area_is_entered_while_a_caution_forbids_it_and_the_step_goes_on_after_it() {
-    let mut rig = with_area(flying(&caution("doubt", 500, "no-new-area"), fly(500.0)));
+    let mut rig = with_area(flying(&caution("doubt", 500, "no-new-area"), fly(500.0)), AHEAD);
     rig.flag("doubt", true);
     assert!(rig.story().ends_with("giving up 1"));
     // 20 m before the border.
@@ -130,7 +133,7 @@ fn no_new_area_is_entered_while_a_caution_forbids_it_and_the_step_goes_on_after_
 
 #[test]
 fn an_area_that_the_vehicle_is_in_is_none_to_be_entered() {
-    let mut rig = with_area(flying(&caution("doubt", 500, "no-new-area"), fly(500.0)));
+    let mut rig = with_area(flying(&caution("doubt", 500, "no-new-area"), fly(500.0)), AHEAD);
     rig.vehicle(true, Offboard, (0.0, 150.0, 10.0));
     rig.wait(0.5);
     rig.flag("doubt", true);
@@ -141,7 +144,7 @@ fn an_area_that_the_vehicle_is_in_is_none_to_be_entered() {
 #[test]
 fn the_narrowing_of_every_flag_applies_beside_the_response_of_one() {
     let rows = [slows(), caution("doubt", 501, "no-new-area")].concat();
-    let mut rig = with_area(flying(&rows, fly(500.0)));
+    let mut rig = with_area(flying(&rows, fly(500.0)), AHEAD);
     rig.flag("gusty", true);
     rig.execute();
     rig.story();
@@ -168,6 +171,46 @@ fn no_landing_begins_where_one_is_forbidden_and_it_begins_when_the_flag_has_fall
     assert_eq!(rig.story(), "");
     rig.flag("deck_blocked", false);
     assert_eq!(rig.story(), "start land, giving up 2");
+}
+
+#[test]
+fn no_landing_begins_where_one_was_forbidden_before_a_restart() {
+    let mut rig = flying(&caution("deck_blocked", 500, "no-landing-here"), Goal::Land);
+    rig.flag("deck_blocked", true);
+    for _ in 0..2 {
+        rig = rig.started_again();
+    }
+    rig.wait(1.0);
+    rig.plan(plan(&[step(2, Goal::Land, &[])]));
+    let story = rig.story();
+    assert!(story.contains("start fly 0 50 10") && !story.contains("start land"), "{story}");
+}
+
+/// Home lies in area A, which a flag forbids to enter: the way down may, and a plan that is made after it may not.
+#[test]
+fn what_only_a_way_down_may_enter_is_not_counted_on_after_the_landing() {
+    let keys = "narrows = [\"no-new-area\"]\nphases = [\"on-ground\", \"takeoff\"]\nsituations = [\"flying\"]";
+    let homing = "actions = [\"return_home\"]\nemergency = \"land\"\nclears = \"after-action\"\nthen = \"resume\"";
+    let rows = row("doubt", 500, &format!("{keys}\n{HOLDS}")) + &row("homing", 501, homing);
+    let mut rig = flying(&rows, fly(500.0));
+    rig.vehicle(true, Offboard, (0.0, 400.0, 10.0));
+    let mut rig = with_area(rig, (-90.0, 300.0));
+    rig.flag("doubt", true);
+    rig.flag("homing", true);
+    assert!(rig.decisions.iter().any(|it| it.starts_with("area A may be entered although")), "{:?}", rig.decisions);
+    // It comes down before it is there.
+    rig.execute();
+    rig.vehicle(false, Loiter, (0.0, 350.0, 0.0));
+    rig.flag("homing", false);
+    rig.end_present(Succeeded);
+    rig.execute();
+    rig.end_present(Succeeded);
+    rig.wait(5.0);
+    assert!(rig.command(Verb::Resume(v1::ResumeMission {})).done);
+    rig.wait(0.1);
+    let asked = rig.open().find_map(|it| if let Request::Replan(it) = it { Some(it.clone()) } else { None });
+    let asked = asked.unwrap_or_else(|| panic!("a plan is asked for: {:?}", rig.decisions));
+    assert!(asked.held.is_empty(), "{:?}", asked.held);
 }
 
 /// The reasons for which actions of this row were skipped, with the action.
@@ -234,7 +277,7 @@ fn no_vehicle_is_ditched_while_a_landing_can_be_reached() {
 
 #[test]
 fn a_step_holds_before_what_a_flag_forbids_for_a_minute_and_the_rest_is_planned_without_it() {
-    let mut rig = with_area(flying(&caution("doubt", 500, "no-new-area"), fly(500.0)));
+    let mut rig = with_area(flying(&caution("doubt", 500, "no-new-area"), fly(500.0)), AHEAD);
     rig.flag("doubt", true);
     rig.execute();
     rig.vehicle(true, Offboard, (0.0, 80.0, 10.0));

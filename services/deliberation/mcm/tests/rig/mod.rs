@@ -76,6 +76,8 @@ pub struct Rig {
     pub mcm: Mcm,
     /// To the configuration.
     changes: Vec<(String, String)>,
+    /// After those of the shipped table.
+    rows: String,
     now: Time,
     /// Its effects since the last call, in words.
     pub log: Vec<String>,
@@ -128,9 +130,15 @@ fn shipped(name: &str) -> PathBuf {
 }
 
 pub fn shipped_table() -> (Trees, Contingencies) {
+    table_with("")
+}
+
+/// With these rows after those of the shipped table.
+fn table_with(rows: &str) -> (Trees, Contingencies) {
     let trees = Trees::read(&shipped("trees")).unwrap();
-    let source = Source::read(&shipped("contingencies.toml")).unwrap();
-    let table = Contingencies::read(&source, &trees.actions()).unwrap();
+    let Source { path, text } = Source::read(&shipped("contingencies.toml")).unwrap();
+    let source = Source { path, text: format!("{text}\n{rows}") };
+    let table = Contingencies::read(&source, &trees.actions()).unwrap_or_else(|mistakes| panic!("{mistakes}"));
     (trees, table)
 }
 
@@ -163,26 +171,24 @@ impl Rig {
 
     /// With these rows after those of the shipped table; on the ground.
     pub fn with_rows(rows: &str) -> Rig {
-        let trees = Trees::read(&shipped("trees")).unwrap();
-        let Source { path, text } = Source::read(&shipped("contingencies.toml")).unwrap();
-        let source = Source { path, text: format!("{text}\n{rows}") };
-        let table = Contingencies::read(&source, &trees.actions()).unwrap_or_else(|mistakes| panic!("{mistakes}"));
-        let mut rig = Rig::of(&[], (trees, table));
+        let mut rig = Rig::of(&[], rows);
         rig.vehicle(false, v1::FlightMode::Loiter, (0.0, 0.0, 0.0));
         rig
     }
 
     fn unseen(changes: &[(&str, &str)]) -> Rig {
-        Rig::of(changes, shipped_table())
+        Rig::of(changes, "")
     }
 
-    fn of(changes: &[(&str, &str)], (trees, table): (Trees, Contingencies)) -> Rig {
+    fn of(changes: &[(&str, &str)], rows: &str) -> Rig {
+        let (trees, table) = table_with(rows);
         let text = changes.iter().fold(CONFIG.to_owned(), |text, (from, to)| text.replace(from, to));
         let config: Config = Source { path: "test".into(), text }.parse().unwrap();
         let loaded = trees.load(&table).unwrap();
         let areas = mission().areas;
         Rig {
             changes: changes.iter().map(|&(from, to)| (from.to_owned(), to.to_owned())).collect(),
+            rows: rows.to_owned(),
             mcm: Mcm::new(&config, &shipped_energy(), "uav1", 1, &loaded, table, Pace::REAL_TIME)
                 .unwrap()
                 .of_mission(&mission())
@@ -219,7 +225,7 @@ impl Rig {
     /// Its process has ended, and another one continues from the persisted state. It has not heard of the vehicle yet.
     pub fn started_again(self) -> Rig {
         let changes: Vec<_> = self.changes.iter().map(|(from, to)| (from.as_str(), to.as_str())).collect();
-        let mut rig = Rig::unseen(&changes);
+        let mut rig = Rig::of(&changes, &self.rows);
         rig.mcm.resume(self.mcm.memory()).unwrap();
         rig.mission = self.mission;
         (rig.now, rig.flying, rig.mode, rig.position) = (self.now, self.flying, self.mode, self.position);

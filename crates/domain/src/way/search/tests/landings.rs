@@ -91,6 +91,17 @@ fn every_part_of_a_way_is_judged_at_its_time() {
     check(home(), None, Some(100), None);
 }
 
+/// It comes down for more than three minutes.
+#[test]
+fn an_area_at_the_goal_that_is_over_before_the_vehicle_is_down_there_bars_no_landing() {
+    let until = |s: i64| Area {
+        until_utc_ms: Some(CLOCK.utc_ms + 1000 * s),
+        ..box_((-50.0, 50.0), (-50.0, 50.0), None, Some(5.0))
+    };
+    check(&[until(150)], at(0.0, 0.0, 300.0), Some(&[OVER_HOME, OVER_HOME, DOWN]));
+    check(&[until(170)], at(0.0, 0.0, 300.0), None);
+}
+
 /// Circles of 20 corners in 20 rows, 300 m apart.
 #[test]
 fn a_way_home_among_hundreds_of_areas_is_found_at_little_cost() {
