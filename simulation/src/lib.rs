@@ -472,8 +472,14 @@ impl Simulation<'_> {
         self.request(Request::AcceptLoss(v1::AcceptLossRequest { vehicle: VEHICLE.to_owned() }));
     }
 
-    /// The breaches that the witness has seen.
+    /// The breaches that the witness has seen, apart from known faults.
     pub fn breaches(&self) -> Vec<Breach> {
+        let is_new = |it: &Breach| chaos::oracle::rule(it).known_fault().is_none();
+        self.all_breaches().into_iter().filter(is_new).collect()
+    }
+
+    /// The breaches that the witness has seen, known faults among them.
+    pub(crate) fn all_breaches(&self) -> Vec<Breach> {
         self.seen.borrow().witness.breaches().to_vec()
     }
 

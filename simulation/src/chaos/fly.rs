@@ -90,7 +90,7 @@ fn fly_with(script: &Script, config: &Path, tape: Option<Tape>) -> Result<Flight
     let evidence = Evidence {
         ending: Ending::of(&simulation),
         until: simulation.now(),
-        breaches: simulation.breaches(),
+        breaches: simulation.all_breaches(),
         mode_storm: simulation.mode_storm(),
         excursions: simulation.excursions(),
         stale: simulation.stale_setpoints(),

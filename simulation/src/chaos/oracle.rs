@@ -154,10 +154,7 @@ pub fn judge(script: &Script, seen: &Evidence) -> Vec<Finding> {
         let what = format!("{count} requests to {service} were left without a reply");
         find(Rule::Reply, seen.until, Some(*process), what);
     }
-    // What follows from flying into the ground is not told twice.
-    let hit_the_ground = seen.breaches.iter().any(|it| rule(it) == Rule::Truth(truth::Rule::Ground));
-    let crashed = matches!(seen.ending, Ending::Over { outcome: MissionOutcome::Crash, .. });
-    if let Some(what) = not_ended(script, &seen.ending).filter(|_| !(hit_the_ground && crashed)) {
+    if let Some(what) = not_ended(script, &seen.ending) {
         find(Rule::End, seen.until, None, format!("{what}: {}", seen.ending));
     }
     findings.sort_by_key(|it| (it.at, it.rule));
@@ -174,7 +171,8 @@ fn is_judged(script: &Script, rule: Rule) -> bool {
     }
 }
 
-fn rule(breach: &Breach) -> Rule {
+/// The rule that a breach of the witness breaks.
+pub(crate) fn rule(breach: &Breach) -> Rule {
     match breach {
         Breach::Truth { rule, .. } => Rule::Truth(*rule),
         Breach::Entered { .. } | Breach::Stayed { .. } | Breach::Unlisted { .. } => Rule::Airspace,

@@ -165,13 +165,8 @@ impl<M: Copy + PartialEq> ModeObserver<M> {
             (None, Some(ours)) if !seen.armed || by_itself(ours) => self.ours = Some(seen.intended),
             (None, Some(_)) => self.doubt(seen, now),
         }
-        if seen.armed && before.is_some_and(|it| !it.armed) {
-            if !self.arming.is_some_and(recent) {
-                self.taken("it was armed by somebody else");
-            } else if !seen.may_be_ours {
-                // It was chosen on the ground, where that flies nothing, while our arming was on its way.
-                self.author = Author::Other(Taken::Set(seen.intended));
-            }
+        if seen.armed && before.is_some_and(|it| !it.armed) && !self.arming.is_some_and(recent) {
+            self.taken("it was armed by somebody else");
         }
         if self.author == Author::Ours && seen.intended != seen.flown {
             self.author = Author::Failsafe;
@@ -351,7 +346,6 @@ mod tests {
         check(&[SaysDisarmed(0.0, Hold), SaysDisarmed(1.0, Stick)], false);
         check(&[SaysDisarmed(0.0, Hold), Says(1.0, Hold)], true);
         check(&[SaysDisarmed(0.0, Hold), Arms(1.0), Says(4.0, Hold)], true);
-        check(&[SaysDisarmed(0.0, Hold), Arms(1.0), SaysDisarmed(0.1, Stick), Says(0.1, Stick)], true);
         // A bridge that starts in flight takes a mode of ours for ours, and a pilot's for the pilot's.
         check(&[Says(0.0, Follow)], false);
         check(&[Says(0.0, Stick)], true);
