@@ -171,8 +171,7 @@ fn is_judged(script: &Script, rule: Rule) -> bool {
     }
 }
 
-/// The rule that a breach of the witness breaks.
-pub(crate) fn rule(breach: &Breach) -> Rule {
+fn rule(breach: &Breach) -> Rule {
     match breach {
         Breach::Truth { rule, .. } => Rule::Truth(*rule),
         Breach::Entered { .. } | Breach::Stayed { .. } | Breach::Unlisted { .. } => Rule::Airspace,
