@@ -19,6 +19,10 @@ pub fn parse(url: &str) -> Result<Url, String> {
     parsed.ok_or_else(|| format!("found `{url}`, expected a URL like http://127.0.0.1:8080"))
 }
 
+/// A connection that was idle for longer is not used again: a gateway closes one after its `head_timeout_s`, perhaps while a request is on
+/// its way.
+const IDLE: Duration = Duration::from_secs(5);
+
 /// A client for `url`, which sends `token` with each request, unless it is empty. With `ca`, a PEM file, the server's certificate must be
 /// signed by one of its certificates; without it, by one of the operating system's. Without `limit` a response may take any time, as an
 /// event stream does.
@@ -28,7 +32,7 @@ pub fn parse(url: &str) -> Result<Url, String> {
 pub fn client(url: &Url, token: &str, ca: Option<&Path>, limit: Option<Duration>) -> Result<Client, String> {
     let (is_plain, is_local) = (url.scheme() != "https", is_loopback(url));
     // A redirection would carry the order to another address than the one that was named.
-    let mut builder = Client::builder().timeout(limit).redirect(Policy::none());
+    let mut builder = Client::builder().timeout(limit).redirect(Policy::none()).pool_idle_timeout(IDLE);
     if is_local {
         // A proxy of the environment reaches another loopback than ours, and would read the token.
         builder = builder.no_proxy();

@@ -33,7 +33,7 @@ pub mod recording;
 mod restart;
 pub mod resumable;
 mod seen;
-mod world;
+mod shared;
 
 use bounds::Excursion;
 use files::Files;
@@ -43,12 +43,13 @@ use recording::{Header, Recorded, Tape};
 pub use restart::Memory;
 use restart::Starts;
 use seen::Seen;
+use shared::Shared;
+use vehicle_sim::VehicleSim;
 use vehicle_sim::ground::{Ground as Relief, Patch, Surface};
 pub use witness::Breach;
 use witness::modes::ModeStorm;
 use witness::setpoints::StaleSetpoint;
 use witness::truth::Figures;
-use world::World;
 
 /// The side of the ground at a place to land at that is higher or lower than what is round it.
 pub(crate) const PLACE_M: f64 = 50.0;
@@ -56,8 +57,8 @@ pub(crate) const PLACE_M: f64 = 50.0;
 /// The vehicle that flies.
 const VEHICLE: &str = "uav1";
 
-fn simulated(files: &Files, setup: &Setup<'_>, ground: Relief) -> World {
-    World::new(vehicle_sim::VehicleSim::new(&files.vehicle_sim, Pace::REAL_TIME, setup.seed).over(ground))
+fn simulated(files: &Files, setup: &Setup<'_>, ground: Relief) -> Shared<VehicleSim> {
+    Shared::of(VehicleSim::new(&files.vehicle_sim, Pace::REAL_TIME, setup.seed).over(ground))
 }
 
 /// What is flown, and how the control tower answers.
@@ -307,7 +308,7 @@ impl Simulation<'_> {
     }
 
     /// The same, with the truth shown to those who judge.
-    fn in_sight(self, world: World) -> Self {
+    fn in_sight(self, world: Shared<VehicleSim>) -> Self {
         self.seen.borrow_mut().world = Some(world);
         self
     }

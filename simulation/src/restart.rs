@@ -1,17 +1,15 @@
 //! Processes that are killed and started again, with what the one before has saved or without it.
 
-use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fmt;
-use std::rc::Rc;
 
 use domain::memory::MemoryLoss;
 use domain::time::{Now, Time};
-use kittiwake_proto::topics::{Service, Topic};
-use node::{Effect, Event, Node, Token};
+use node::Node;
 use prost::Message as _;
 
 use crate::resumable::Resumable;
+use crate::shared::Shared;
 
 /// What a process that is started again knows of the one before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,7 +69,7 @@ impl Starts {
             Box::new(move |memory, now, start| {
                 let mut node = make(start, now);
                 // As it comes back from a disk: what is no difference there is none here.
-                let saved = latest.0.borrow().memory().encode_to_vec();
+                let saved = latest.look().memory().encode_to_vec();
                 let saved = N::Memory::decode(saved.as_slice()).expect("what was encoded decodes");
                 // No two losses have one number, and none has zero.
                 let lost = |why| MemoryLoss { id: start, why };
@@ -89,54 +87,5 @@ impl Starts {
             }),
         );
         first
-    }
-}
-
-/// A node on the bus whose memory can be looked at from outside, as if it were on a disk.
-pub(crate) struct Shared<N>(Rc<RefCell<N>>);
-
-impl<N> Shared<N> {
-    fn of(node: N) -> Shared<N> {
-        Shared(Rc::new(RefCell::new(node)))
-    }
-}
-
-impl<N> Clone for Shared<N> {
-    fn clone(&self) -> Shared<N> {
-        Shared(self.0.clone())
-    }
-}
-
-impl<N: Node> Node for Shared<N> {
-    fn name(&self) -> &'static str {
-        self.0.borrow().name()
-    }
-
-    fn subscriptions(&self) -> &'static [Topic] {
-        self.0.borrow().subscriptions()
-    }
-
-    fn serves(&self) -> &'static [Service] {
-        self.0.borrow().serves()
-    }
-
-    fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
-        self.0.borrow_mut().on(now, event, effects);
-    }
-
-    fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
-        self.0.borrow_mut().act(now, effects);
-    }
-
-    fn answers_later(&self, token: Token) -> bool {
-        self.0.borrow().answers_later(token)
-    }
-
-    fn deadline(&self) -> Option<Time> {
-        self.0.borrow().deadline()
-    }
-
-    fn is_over(&self) -> bool {
-        self.0.borrow().is_over()
     }
 }

@@ -9,6 +9,7 @@ use domain::time::{Now, Time};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
 use node::virtual_bus::UTC_START_MS;
+use vehicle_sim::VehicleSim;
 use witness::Witness;
 use witness::modes::Modes;
 use witness::setpoints::Setpoints;
@@ -16,7 +17,7 @@ use witness::true_time::{Ahead, TrueTime};
 
 use crate::bounds::Bounds;
 use crate::files::Files;
-use crate::world::World;
+use crate::shared::Shared;
 
 /// Lower than this above the ground the vehicle may stand there.
 const LOW_M: f64 = 1.0;
@@ -57,7 +58,7 @@ pub(crate) struct Seen {
     /// Commands to release the load.
     pub(crate) releases: usize,
     /// Where the vehicle is simulated.
-    pub(crate) world: Option<World>,
+    pub(crate) world: Option<Shared<VehicleSim>>,
     looks_at: Time,
     /// The height of the ground under the vehicle.
     ground_m: f64,
@@ -148,7 +149,7 @@ impl Seen {
     fn look(&mut self, now: Now) {
         let Some(world) = self.world.as_ref().filter(|_| self.looks_at <= now.time) else { return };
         self.looks_at = now.time + LOOKS_EVERY;
-        let truth = world.truth(now.time);
+        let truth = world.look().truth(now.time);
         self.ground_m = truth.ground_m;
         self.witness.see(now, &truth);
     }

@@ -9,7 +9,7 @@ use zenoh::Wait;
 
 use crate::stories::bad_messages::stranger;
 use crate::support::files::{Files, state_folder};
-use crate::support::{KITTIWAKE, System, kittiwake, shipped, wait_for};
+use crate::support::{KITTIWAKE, LIMIT, System, kittiwake, shipped, wait_for};
 
 /// What flies along, but for the simulated vehicle.
 const USUAL: &str = "mcm,skill-manager,monitor,planner";
@@ -121,7 +121,8 @@ fn a_burst_of_what_ifs_does_not_end_a_composed_aircraft() {
         // Without one, the second gets the answer to the first.
         let request =
             MissionRequest { request_id: number.to_string(), request: Some(validate.clone()), ..Default::default() };
-        asking.get(format!("kw/uav1/{}", Service::Mission.key())).payload(request.encode_to_vec()).wait().unwrap()
+        let get = asking.get(format!("kw/uav1/{}", Service::Mission.key())).payload(request.encode_to_vec());
+        get.timeout(LIMIT).wait().unwrap()
     };
     let onboard = system.process("onboard").id();
     let answers: Vec<_> = (0..40).map(ask).collect();

@@ -217,7 +217,8 @@ impl Services {
     fn start_for(operator: &str, ground: &str, on_board: &str, settings: &[&str]) -> Services {
         // Another test may have made it already: it is the same one.
         let _ = rustls::crypto::ring::default_provider().install_default();
-        let client = Client::builder().timeout(Duration::from_secs(10)).build().unwrap();
+        // A connection for each request: the gateway closes one that was idle for `head_timeout_s`, perhaps while a request is on its way.
+        let client = Client::builder().timeout(LIMIT).pool_max_idle_per_host(0).build().unwrap();
         let mut services = Services { processes: Vec::new(), http: String::new(), client, access: tokens(operator) };
         let config = shipped().join("kittiwake.toml").to_string_lossy().into_owned();
         let access = services.access.path().to_string_lossy().into_owned();

@@ -145,6 +145,7 @@ impl<M: Copy + PartialEq> ModeObserver<M> {
     /// vehicle whose motors may turn can be somebody else's choice.
     pub fn saw(&mut self, seen: Seen<M>, by_itself: impl Fn(M) -> bool, now: Time) {
         let recent = |at: Time| now - at <= SHOWS;
+        let arms = self.arming.is_some_and(recent);
         self.sent.retain(|(_, at)| recent(*at));
         let before = self.last.replace(seen);
         let has_changed = before.is_some_and(|it| it.intended != seen.intended);
@@ -161,11 +162,14 @@ impl<M: Copy + PartialEq> ModeObserver<M> {
                     self.author = Author::Ours;
                 }
             }
-            // With its motors off nobody flies it: a switch of its remote control, or its crew, has changed the mode.
-            (None, Some(ours)) if !seen.armed || by_itself(ours) => self.ours = Some(seen.intended),
+            // With its motors off nobody flies it: a switch of its remote control, or its crew, has changed the mode. While an arming of
+            // ours is on its way, that mode is about to be flown.
+            (None, Some(ours)) if by_itself(ours) || (!seen.armed && (!arms || seen.may_be_ours)) => {
+                self.ours = Some(seen.intended);
+            }
             (None, Some(_)) => self.doubt(seen, now),
         }
-        if seen.armed && before.is_some_and(|it| !it.armed) && !self.arming.is_some_and(recent) {
+        if seen.armed && before.is_some_and(|it| !it.armed) && !arms {
             self.taken("it was armed by somebody else");
         }
         if self.author == Author::Ours && seen.intended != seen.flown {
@@ -346,6 +350,9 @@ mod tests {
         check(&[SaysDisarmed(0.0, Hold), SaysDisarmed(1.0, Stick)], false);
         check(&[SaysDisarmed(0.0, Hold), Says(1.0, Hold)], true);
         check(&[SaysDisarmed(0.0, Hold), Arms(1.0), Says(4.0, Hold)], true);
+        // A pilot's mode that is chosen while our arming is on its way is flown by the pilot.
+        check(&[SaysDisarmed(0.0, Hold), Arms(1.0), SaysDisarmed(0.1, Stick), Says(0.1, Stick)], true);
+        check(&[SaysDisarmed(0.0, Stick), Arms(1.0), Says(0.1, Stick)], false);
         // A bridge that starts in flight takes a mode of ours for ours, and a pilot's for the pilot's.
         check(&[Says(0.0, Follow)], false);
         check(&[Says(0.0, Stick)], true);
