@@ -77,7 +77,7 @@ impl<'a> Obstacles<'a> {
         let low_m = heights_m.into_iter().fold(f64::INFINITY, f64::min) - rule.vertical_margin_m;
         let high_m = heights_m.into_iter().fold(f64::NEG_INFINITY, f64::max) + rule.vertical_margin_m;
         let may_bar = |(index, area): (usize, &Area)| {
-            let is_asked = area.kind == AreaKind::Permission && asked.contains(&index);
+            let is_asked = may_open(area) && asked.contains(&index);
             !is_asked && area.touches_heights(low_m, high_m)
         };
         let may_bar = rule.areas.iter().enumerate().map(may_bar).collect();

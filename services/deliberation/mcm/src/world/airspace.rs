@@ -15,7 +15,7 @@ use domain::trust::Source;
 
 use super::World;
 use super::places::SAME_SITE_M;
-use crate::permits::{Permits, held_for};
+use crate::permits::{Beyond, Permits, held_for};
 
 /// Time to brake and to turn before the way out is flown.
 const TURN: Duration = Duration::from_secs(5);
@@ -33,7 +33,7 @@ pub(crate) struct WhatMayBeEntered {
     areas: Arc<[Area]>,
     narrowing: Narrowing,
     comes_down: bool,
-    needs_held_areas: bool,
+    beyond: Beyond,
 }
 
 impl World {
@@ -52,7 +52,7 @@ impl World {
                 not_heard_yet: not_heard_yet.map(|it| it.name.clone()).collect(),
                 flying: self.is_flying(),
                 no_new_area: self.narrowing().no_new_area.is_some(),
-                needs_held: self.answer.needs_held_areas,
+                beyond: self.answer.beyond.clone(),
                 grants,
             }
         })
@@ -70,7 +70,7 @@ impl World {
             areas: self.planner.areas().clone(),
             narrowing: self.narrowing(),
             comes_down: self.comes_down(),
-            needs_held_areas: self.answer.needs_held_areas,
+            beyond: self.answer.beyond.clone(),
         }
     }
 
@@ -192,6 +192,11 @@ impl World {
     pub(crate) fn landing_forbidden_by(&self, place: Ned) -> Option<&Arc<str>> {
         let (row, at) = (self.narrowing().no_landing_here?, self.landings.no_landing_at?);
         (place.horizontal_distance_m(at) < SAME_SITE_M).then(|| self.flags.name(row))
+    }
+
+    /// Why no landing may begin at `place`, if so.
+    pub(super) fn why_no_landing_at(&self, place: Ned) -> Option<String> {
+        Some(format!("no landing there while `{}` is up", self.landing_forbidden_by(place)?))
     }
 
     /// The permissions that a response could use from here on, also one that is not under way: it may enter everything that is held if it

@@ -22,6 +22,7 @@ impl World {
         let same = self.seen.flies.filter(|it| it.is_live() && it.value == is_flying);
         self.seen.flies = same.or(Some(Known::live(is_flying, self.now.time)));
         if is_flying {
+            self.landings.rests_at = Some(vehicle.position);
             // Near the ground a land detector that bounces looks like a flight.
             if !self.is_near_ground() {
                 self.landings.unplanned = None;
