@@ -334,7 +334,8 @@ mod tests {
     /// The way to `to`, in whole metres.
     fn way(areas: &[Area], grants: &Grants, from: Ned, to: Ned, preferred_m: f64) -> Option<Vec<(f64, f64, f64)>> {
         let map = AreaMap::new(areas);
-        let around = Surroundings { airspace: airspace(areas, grants), map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
+        let around =
+            Surroundings { airspace: airspace(areas, grants), map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
         rounded(around.way_within(from, to, preferred_m, MOST_LEGS).way)
     }
 
@@ -547,7 +548,12 @@ mod tests {
         let wall = Area { holes: vec![port.corners.clone()], ..wall };
         let (areas, grants) = ([endless(port), endless(wall)], Grants::new());
         let map = AreaMap::new(&areas);
-        let around = Surroundings { airspace: airspace(&areas, &grants), map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
+        let around = Surroundings {
+            airspace: airspace(&areas, &grants),
+            map: &map,
+            limits: &LIMITS,
+            ends_at: SiteKind::Landing,
+        };
         let from = at(0.0, 20.0, 15.0);
         assert_eq!(around.way_within(from, Ned::default(), 15.0, MOST_LEGS).way, None);
         let found = around.way_if_granted(from, Ned::default(), 15.0, MOST_LEGS).way.expect("there is a way");

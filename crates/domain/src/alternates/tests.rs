@@ -163,7 +163,8 @@ fn check_way(areas: &[Area], held: &[&str], to: Ned, expected: Option<(f64, &[&s
     let grants: Grants = held.iter().map(|it| ((*it).to_owned(), std::time::Duration::from_secs(900))).collect();
     let energy = energy();
     let map = AreaMap::new(areas);
-    let around = Surroundings { airspace: airspace(areas, &grants), map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
+    let around =
+        Surroundings { airspace: airspace(areas, &grants), map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
     let from = Ned::new(0.0, 0.0, -30.0);
     let view = Viewpoint { from, height_m: 30.0, around, energy: &energy, wind: Wind::CALM };
     let found = view.look_at(&Candidate { position: to, ..Candidate::home() }, 20_000);
@@ -199,7 +200,8 @@ fn a_search_without_effort_finds_nothing_and_says_what_it_has_looked_at() {
     let (grants, energy) = (Grants::new(), energy());
     let from = Ned::new(0.0, 0.0, -30.0);
     let map = AreaMap::new(&areas);
-    let around = Surroundings { airspace: airspace(&areas, &grants), map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
+    let around =
+        Surroundings { airspace: airspace(&areas, &grants), map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
     let view = Viewpoint { from, height_m: 30.0, around, energy: &energy, wind: Wind::CALM };
     let to = Candidate { position: Ned::new(0.0, 400.0, 0.0), ..Candidate::home() };
     assert_eq!(view.look_at(&to, 0).way, None);

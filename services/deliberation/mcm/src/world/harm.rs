@@ -145,7 +145,9 @@ impl World {
 
     /// What an order to land does, in words; `insists`: with override.
     pub(super) fn landing_in_words(&self, insists: bool) -> String {
-        let Some(here) = self.seen.vehicle.map(|it| it.position) else { return "lands here and ends the mission".into() };
+        let Some(here) = self.seen.vehicle.map(|it| it.position) else {
+            return "lands here and ends the mission".into();
+        };
         let (harm, down) = self.end_of_landing(insists);
         let below = self.harm_below(here);
         let because = format!("here it would come down {below}; order it with override to land here all the same");

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use domain::contingency::needs::{Need, missing};
 use domain::contingency::Severity;
+use domain::contingency::needs::{Need, missing};
 
 use super::World;
 use crate::flags::age_s;

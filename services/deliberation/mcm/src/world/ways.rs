@@ -110,7 +110,12 @@ impl World {
         let permits = self.permits();
         let held = permits.to_begin();
         let limits = self.flight_limits();
-        let found = self.surroundings(&held, &limits, SiteKind::Landing).way_if_granted(here, to, preferred_height_m, MOST_LEGS);
+        let found = self.surroundings(&held, &limits, SiteKind::Landing).way_if_granted(
+            here,
+            to,
+            preferred_height_m,
+            MOST_LEGS,
+        );
         let mut needs = found.way.map(|it| it.needs).unwrap_or_default();
         // What a flag forbids is waited for, not asked for.
         needs.retain(|area| !permits.is_only_forbidden(area));
