@@ -5,10 +5,9 @@ use geo::{Contains, Coord, Intersects, Line, LineString, Polygon};
 use sha2::{Digest, Sha256};
 
 use crate::geometry::Ned;
-use crate::harm::Ground;
+use crate::harm::{Ground, Harm};
 use crate::hours::WeeklyHours;
 use crate::outline::Outline;
-use crate::site::SiteKind;
 
 /// What it takes to enter an area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,13 +109,13 @@ impl Area {
 
     /// Whether it is one that may be flown over and not landed in.
     pub fn only_bars_landings(&self) -> bool {
-        self.kind == AreaKind::KeepOut && self.floor_m.is_none() && self.ceiling_m == Some(NO_LANDING_TO_M)
+        let is_low = self.floor_m.is_none() && self.ceiling_m == Some(NO_LANDING_TO_M);
+        self.kind == AreaKind::KeepOut && is_low && self.ground != Ground::Nobody
     }
 
-    /// Whether it only bars landings, and a vehicle that comes down at a site of this kind harms no more than what is below says: a ditch in
-    /// water.
-    pub fn takes(&self, site: SiteKind) -> bool {
-        self.only_bars_landings() && self.ground.harm() <= site.harm()
+    /// Whether it only bars landings, and what comes down there may harm as much: a ditch, or a load, in water.
+    pub fn takes(&self, accepts: Harm) -> bool {
+        self.only_bars_landings() && self.ground.harm() <= accepts
     }
 
     /// Where it is: the same on every machine, and whatever corner or hole is listed first.

@@ -70,7 +70,7 @@ pub fn way_out(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<
     if trespassed.is_empty() {
         return Some(Vec::new());
     }
-    let motion = Motion { begins: Duration::ZERO, speeds: limits.speeds, airborne: true };
+    let motion = Motion { begins: Duration::ZERO, speeds: limits.speeds, airborne: true, accepts: Harm::NONE };
     let is_free = |way: &Vec<Ned>| {
         let starts = std::iter::once(&from).chain(way.iter());
         let legs_are_free = starts.zip(way).all(|(a, b)| airspace.first_breach(*a, *b, motion).is_none());
@@ -131,7 +131,7 @@ pub fn way_to_ground(from: Ned, accepts: Harm, airspace: &Airspace, limits: &Fli
         true => Area { floor_m: None, ceiling_m: None, ..area.clone() },
         false => area.clone(),
     };
-    let bars = |area: &&Area| !area.only_bars_landings() || accepts < area.ground.harm();
+    let bars = |area: &&Area| !area.takes(accepts);
     let areas: Vec<Area> = airspace.areas.iter().filter(bars).map(down_to_the_ground).collect();
     way_out(from, &Airspace { areas: &areas, lead: airspace.lead.saturating_add(descent), ..*airspace }, limits)
 }
@@ -257,7 +257,7 @@ impl Surroundings<'_> {
     ) -> Found<(Vec<Ned>, BTreeSet<String>)> {
         let Surroundings { airspace: rule, map, limits, ends_at } = *self;
         let entries: Vec<Entry> = rule.areas.iter().map(entry).collect();
-        let asked: Asked = (0..rule.areas.len()).filter(|it| rule.areas[*it].takes(ends_at)).collect();
+        let asked: Asked = (0..rule.areas.len()).filter(|it| rule.areas[*it].takes(ends_at.harm())).collect();
         let legs_left = Cell::new(most_legs);
         let among = Among { rule, map, entries: &entries, asked: &asked, limits, legs_left: &legs_left };
         let trip = Trip { from, to, begins: Duration::ZERO, lands_from_m: Some(preferred_m) };

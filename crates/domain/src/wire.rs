@@ -200,8 +200,9 @@ impl TryFrom<v1::Area> for Area {
             hours: hours(&it.hours_utc)?,
             ground: ground.unwrap_or_default(),
         };
-        let is_unsaid = ground.is_none() && area.only_bars_landings();
-        Ok(if is_unsaid { Area { ground: Ground::People, ..area } } else { area })
+        let among_people = Area { ground: Ground::People, ..area.clone() };
+        let is_unsaid = ground.is_none() && among_people.only_bars_landings();
+        Ok(if is_unsaid { among_people } else { area })
     }
 }
 

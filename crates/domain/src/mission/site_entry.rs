@@ -61,7 +61,7 @@ impl Checker<'_> {
     pub(super) fn alternates_among(&mut self, entries: &[SiteEntry], alternates: &[Site], areas: &[Area]) {
         for (entry, site) in entries.iter().zip(alternates) {
             let place = sites::Place::to_end_at(site.position);
-            let bars = |it: &&Area| it.always_applies() && !it.takes(site.kind);
+            let bars = |it: &&Area| it.always_applies() && !it.takes(site.kind.harm());
             for unfit in areas.iter().filter(bars).filter_map(|it| sites::unfit(place, it)) {
                 let message = format!("site `{}` {}", site.name, unfit.in_words());
                 self.say(Some(entry.written().span()), message, unfit.help());

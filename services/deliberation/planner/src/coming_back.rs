@@ -9,6 +9,7 @@ use std::time::Duration;
 use domain::airspace::{Motion, latest};
 use domain::area::AreaKind;
 use domain::geometry::Ned;
+use domain::harm::Harm;
 use domain::plan::{Parameters, PermissionNeed};
 use domain::skill::Goal;
 use domain::state::State;
@@ -36,7 +37,7 @@ pub(crate) fn ask_for(
     let (end, lands_after) = landing(steps, objectives, judge);
     let speeds = judge.config.speeds();
     let over = end.at_height(end.height_m() + judge.config.takeoff_height_m.get());
-    let motion = Motion { begins: lands_after, speeds, airborne: true };
+    let motion = Motion { begins: lands_after, speeds, airborne: true, accepts: Harm::NONE };
     let entered = airspace.first_entries(over, end, motion, &Asked::new());
     let lasts = latest(lands_after.saturating_add(speeds.time(over, end))).saturating_add(airspace.rule.lead);
     let mut needs = Vec::new();

@@ -73,7 +73,7 @@ fn with_airspace(mission: Mission, airspace: Airspace) -> Result<Mission, Refusa
 fn closed_sites(mission: &Mission) -> Vec<String> {
     let always = || mission.areas.iter().filter(|it| it.always_applies());
     let closed = |it: &domain::site::Site| {
-        let unfit = unfit_landing_site(it.position, always().filter(|area| !area.takes(it.kind)))?;
+        let unfit = unfit_landing_site(it.position, always().filter(|area| !area.takes(it.kind.harm())))?;
         Some(format!("site `{}` {unfit}", it.name))
     };
     mission.sites.iter().filter_map(closed).collect()

@@ -7,6 +7,7 @@ use domain::airspace::{Airspace, Breach, Clock, Grants, Motion};
 use domain::area::{Area, AreaKind};
 use domain::contingency::narrowing::Narrowing;
 use domain::geometry::Ned;
+use domain::harm::Harm;
 use domain::plan::Step;
 use domain::skill::Goal;
 use domain::speeds::Speeds;
@@ -93,7 +94,7 @@ impl World {
     /// What is wrong with flying straight from `from`, in the air, to `to` now.
     pub(super) fn breach_on_way(&self, from: Ned, to: Ned, speed_m_s: f64) -> Option<Breach> {
         let speeds = Speeds { cruise_m_s: speed_m_s, ..self.setup.limits.flight.speeds };
-        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
+        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true, accepts: Harm::NONE };
         self.airspace(&self.permits().to_begin(), self.setup.limits.leave_lead).first_breach(from, to, motion)
     }
 
@@ -118,7 +119,8 @@ impl World {
             Goal::Release { .. } => (here.at_height(here.height_m().min(0.0)), Speeds::OF_A_LOAD),
             Goal::Stop | Goal::Velocity { .. } => return None,
         };
-        let motion = Motion { begins: Duration::ZERO, speeds, airborne: vehicle.flying };
+        let motion =
+            Motion { begins: Duration::ZERO, speeds, airborne: vehicle.flying, accepts: step.nominal.goal.accepts() };
         let permits = self.permits();
         // In the air the vehicle stops before an area: see `breach_at_rest`.
         let grants = if vehicle.flying { permits.to_stay() } else { permits.to_begin() };

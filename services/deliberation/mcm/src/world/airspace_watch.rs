@@ -8,6 +8,7 @@ use domain::area::{Area, AreaKind};
 use domain::contingency::{AREA_AHEAD, AREA_BREACHED, Phase};
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
+use domain::harm::Harm;
 use domain::plan::StepId;
 use domain::speeds::Speeds;
 use domain::time::Time;
@@ -170,7 +171,7 @@ impl World {
             here.down_m + velocity.down_m_s * share,
         );
         let speeds = Speeds::calm(speed_m_s, speed_m_s, speed_m_s);
-        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
+        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true, accepts: Harm::NONE };
         let grants = self.permits().to_continue();
         let breach = self.airspace(&grants, Duration::ZERO).first_breach(here, at_rest, motion)?;
         // One that is held and ends soon is left by its own rule.
