@@ -51,7 +51,7 @@ pub struct Motion {
     pub speeds: Speeds,
     /// Whether the vehicle is in the air when it begins.
     pub airborne: bool,
-    /// What coming down at its end may harm: an area that only bars landings, and would be harmed no more, is no obstacle.
+    /// What coming down at its end may harm: an area that only bars landings does not count where no more than that is harmed.
     pub accepts: Harm,
 }
 

@@ -89,3 +89,46 @@ impl Airspace<'_> {
         barred.map(harm).fold(Harm::NONE, BitOr::bitor)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::airspace::Grants;
+    use crate::airspace::tests::{airspace, square};
+    use crate::area::{AreaKind, NO_LANDING_TO_M};
+
+    #[test]
+    fn the_worst_thing_decides_then_the_next() {
+        let both = Harm::AIRSPACE | Harm::AIRCRAFT;
+        let order = [Harm::NONE, Harm::AIRCRAFT, Harm::AIRSPACE, both, Harm::PEOPLE, Harm::PEOPLE | Harm::AIRCRAFT];
+        assert!(order.is_sorted());
+        assert_eq!(least(order.into_iter().rev().zip(0..)), Some((Harm::NONE, 5)));
+        assert_eq!(least([(both, "first"), (both, "second")]), Some((both, "first")));
+        assert_eq!(least::<()>([]), None);
+    }
+
+    #[test]
+    fn what_is_below_is_the_worst_of_all_that_is_there() {
+        #[track_caller]
+        fn check(areas: &[Area], expected: &str) {
+            let grants: Grants = [("held".to_owned(), Duration::from_secs(900))].into();
+            let harm = airspace(areas, &grants).harm_below(Ned::new(0.0, 200.0, -40.0));
+            assert_eq!(harm.to_string(), expected);
+        }
+        let ground = |ground| Area { ceiling_m: Some(NO_LANDING_TO_M), ground, ..square(AreaKind::KeepOut) };
+        let named = |name: &str| Area { name: name.into(), ..square(AreaKind::Permission) };
+        check(&[], "on free ground");
+        check(&[ground(Ground::Water)], "where the aircraft is lost");
+        check(&[ground(Ground::Water), ground(Ground::People)], "among people, where the aircraft is lost");
+        check(&[named("held")], "on free ground");
+        check(&[named("denied")], "in an area that may not be entered");
+        check(
+            &[named("denied"), ground(Ground::Water)],
+            "in an area that may not be entered, where the aircraft is lost",
+        );
+        // A low wall is a keep-out area like any other.
+        check(&[ground(Ground::Nobody)], "in an area that may not be entered");
+        // What begins above the vehicle is not below it.
+        check(&[Area { floor_m: Some(60.0), ceiling_m: None, ..named("denied") }], "on free ground");
+    }
+}
