@@ -8,9 +8,8 @@ use std::time::Duration;
 
 use super::legs::{Obstacles, Touched};
 use super::nodes::{Extent, GOAL, Nodes, START};
-use super::{Asked, Effort, Entry, NoWay, PROHIBITIVE_MS, TimedWay, Turns};
+use super::{Asked, Effort, Entry, NoWay, PROHIBITIVE_MS, TimedWay, Turns, may_open};
 use crate::airspace::{latest, soonest};
-use crate::area::AreaKind;
 use crate::geometry::Ned;
 
 /// A way that lands begins at another height than the preferred one only if it saves this much time.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{Among, Entry, KEPT, Trip};
+use super::{Among, Entry, KEPT, Trip, may_open};
 use crate::airspace::{Stay, is_at_heights, stays_within};
 use crate::area::{Area, AreaKind};
 use crate::area_map::MARGINS;

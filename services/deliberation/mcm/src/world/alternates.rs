@@ -14,7 +14,7 @@ use domain::way::{FlightLimits, Found, MOST_LEGS};
 
 use super::places::SAME_SITE_M;
 use super::{WhatMayBeEntered, World};
-use crate::journal::{CONTINGENCY, Cause, Said};
+use crate::journal::{CONTINGENCY, Said};
 
 /// A look ends after so many legs of ways, and each search in it after half of them: it runs in the loop that answers flags, twice a
 /// second. (Measured: 2 to 10 us for a leg.)

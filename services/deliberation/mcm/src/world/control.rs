@@ -251,7 +251,7 @@ impl World {
 
     /// Where `vehicle` stands although it came to rest elsewhere, before a takeoff: home, and all places, would be elsewhere than they were meant.
     fn was_carried(&self, vehicle: &Vehicle) -> Option<String> {
-        if vehicle.flying || vehicle.armed || self.mission.over.is_some() {
+        if vehicle.flying || vehicle.armed || self.mission.over.is_some() || self.was_flying() {
             return None;
         }
         let (from, words) = match self.landings.rests_at {
