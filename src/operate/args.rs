@@ -65,7 +65,8 @@ pub struct VehicleArgs {
 /// How an order is given.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Override {
-    /// Put the order before every other response, except those that may not be overridden
+    /// Put the order before every other response, except those that may not be overridden; to land here whatever is below, and to enter areas
+    /// without permission where the only way leads through them
     #[arg(long = "override")]
     pub overrides: bool,
 }

@@ -10,6 +10,7 @@ use domain::energy::EnergyModel;
 use domain::geometry::Ned;
 use domain::mission::{Mission, Objective};
 use domain::plan::Basis;
+use domain::site::SiteKind;
 use domain::speeds::Speeds;
 use domain::state::State;
 use domain::time::{Now, Pace};
@@ -213,6 +214,6 @@ pub(crate) fn way_home(world: World, areas: &[Area], map: &AreaMap) -> Option<Ve
     };
     let (grants, clock) = (Grants::new(), Clock { utc_ms: 0, pace: Pace::REAL_TIME });
     let airspace = Airspace { areas, grants: &grants, clock, lead: Duration::from_secs(30), vertical_margin_m: 2.0 };
-    let around = Surroundings { airspace, map, limits: &limits };
+    let around = Surroundings { airspace, map, limits: &limits, ends_at: SiteKind::Landing };
     around.way_within(world.goal().at_height(15.0), world.start(), 15.0, MOST_LEGS).way
 }

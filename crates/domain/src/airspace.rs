@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use crate::area::{Area, AreaKind};
 use crate::geometry::Ned;
+use crate::harm::Harm;
 use crate::outline::Outline;
 use crate::speeds::Speeds;
 use crate::time::Pace;
@@ -50,6 +51,8 @@ pub struct Motion {
     pub speeds: Speeds,
     /// Whether the vehicle is in the air when it begins.
     pub airborne: bool,
+    /// What coming down at its end may harm: an area that only bars landings does not count where no more than that is harmed.
+    pub accepts: Harm,
 }
 
 /// What is planned to happen after this time happens no sooner than this: 20 % sooner.
@@ -210,6 +213,9 @@ impl<'a> Airspace<'a> {
     }
 
     fn breach_of(&self, area: &Area, from: Ned, to: Ned, motion: Motion) -> Option<Breach> {
+        if area.takes(motion.accepts) {
+            return None;
+        }
         let stays = stays(area, from, to, self.vertical_margin_m);
         stays.into_iter().find_map(|stay| {
             let leaving = stay.enters == 0.0
@@ -299,7 +305,7 @@ pub(crate) mod tests {
     }
 
     const SPEEDS: Speeds = Speeds::calm(10.0, 3.0, 1.5);
-    const AIRBORNE: Motion = Motion { begins: Duration::ZERO, speeds: SPEEDS, airborne: true };
+    const AIRBORNE: Motion = Motion { begins: Duration::ZERO, speeds: SPEEDS, airborne: true, accepts: Harm::NONE };
 
     #[test]
     fn a_stay_is_where_the_way_is_inside_in_all_three_dimensions() {

@@ -7,6 +7,7 @@ use std::cmp::Ordering;
 
 use crate::energy::{EnergyModel, Shortfall, Wind};
 use crate::geometry::Ned;
+use crate::harm::Harm;
 use crate::mission::Objective;
 use crate::quantity::Fraction;
 use crate::site::{Site, SiteKind};
@@ -116,10 +117,11 @@ pub struct Viewpoint<'a> {
 }
 
 impl Viewpoint<'_> {
-    /// The way to `place`: one that may be flown as the permissions are, else one that takes more of them. Each search looks at no
+    /// The way to `candidate`: one that may be flown as the permissions are, else one that takes more of them. Each search looks at no
     /// more than `most_legs` legs.
-    pub fn look_at(&self, place: Ned, most_legs: u32) -> Found<Way> {
-        let Viewpoint { from, height_m, around, .. } = *self;
+    pub fn look_at(&self, candidate: &Candidate, most_legs: u32) -> Found<Way> {
+        let Viewpoint { from, height_m, .. } = *self;
+        let (place, around) = (candidate.position, Surroundings { ends_at: candidate.kind, ..self.around });
         let free = around.way_within(from, place, height_m, most_legs);
         if let Some(points) = free.way {
             return Found { way: Some(self.measured(&points, place, Vec::new())), legs: free.legs };
@@ -195,21 +197,17 @@ pub struct Alternate {
     pub failed_landings: u32,
 }
 
-/// What there is to say for a place; earlier ones come first.
+/// How sure it is that the flight ends there; earlier ones come first, of what harms as much.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Merit {
-    /// A landing that leaves the reserve.
-    Landing,
-    /// A landing.
-    LandingOnReserve,
-    /// A landing, once a permission is granted.
-    LandingToAskFor,
-    /// A landing where one has failed before: the place may be free by now.
-    LandingTriedBefore,
-    /// The vehicle is given up.
-    Ditch,
-    /// The same, once a permission is granted.
-    DitchToAskFor,
+    /// The reserve is left.
+    Sure,
+    /// The reserve is used.
+    OnReserve,
+    /// Once a permission is granted.
+    ToAskFor,
+    /// A landing has failed there before: the place may be free by now.
+    TriedBefore,
     /// The battery does not suffice.
     TooFar,
     /// There is no way.
@@ -227,18 +225,26 @@ impl Alternate {
         Alternate { candidate, way, charge: left, failed_landings }
     }
 
-    /// What there is to say for it.
+    /// How sure it is that the flight ends there.
     pub fn merit(&self) -> Merit {
         let Some((way, reach)) = &self.way else { return Merit::NoWay };
-        match (self.candidate.kind, reach) {
-            (_, Reach::TooFar(_)) => Merit::TooFar,
-            (SiteKind::Ditch, _) if way.needs.is_empty() => Merit::Ditch,
-            (SiteKind::Ditch, _) => Merit::DitchToAskFor,
-            (SiteKind::Landing, _) if 0 < self.failed_landings => Merit::LandingTriedBefore,
-            (SiteKind::Landing, _) if !way.needs.is_empty() => Merit::LandingToAskFor,
-            (SiteKind::Landing, Reach::OnReserve) => Merit::LandingOnReserve,
-            (SiteKind::Landing, _) => Merit::Landing,
+        match reach {
+            Reach::TooFar(_) => Merit::TooFar,
+            _ if 0 < self.failed_landings => Merit::TriedBefore,
+            _ if !way.needs.is_empty() => Merit::ToAskFor,
+            Reach::OnReserve => Merit::OnReserve,
+            Reach::WithReserve | Reach::Unknown => Merit::Sure,
         }
+    }
+
+    /// What coming down there harms, with the permissions that its way takes.
+    pub fn harm(&self) -> Harm {
+        self.candidate.kind.harm()
+    }
+
+    /// Whether it can be reached as the permissions are, and no landing has failed there.
+    pub fn is_sure(&self) -> bool {
+        self.merit() <= Merit::OnReserve
     }
 
     /// Whether the battery suffices for a way there.
@@ -266,13 +272,13 @@ impl Alternate {
 
     /// Whether this one comes before `other`.
     pub fn compare(&self, other: &Alternate) -> Ordering {
-        // Among ditches, and places that are too far, what was tried comes last; a landing before a ditch.
-        let key = |it: &Alternate| (it.merit(), it.failed_landings, it.candidate.kind == SiteKind::Ditch);
+        let out_of_reach = |it: &Alternate| Some(it.merit()).filter(|_| !it.is_reachable());
+        let key = |it: &Alternate| (out_of_reach(it), it.harm(), it.merit(), it.failed_landings);
         key(self).cmp(&key(other)).then(self.energy_wh().total_cmp(&other.energy_wh()))
     }
 }
 
-/// Puts the best place first: by merit, then by failed landings, then by what the way takes.
+/// Puts the best place first: of those in reach by what they harm, then by merit, by failed landings and by what the way takes.
 pub fn rank(alternates: &mut [Alternate]) {
     alternates.sort_by(Alternate::compare);
 }
@@ -287,8 +293,8 @@ pub fn to_divert_to(ranked: &[Alternate]) -> Vec<&Alternate> {
     let mut order: Vec<&Alternate> = ranked.iter().filter(|it| it.is_reachable()).collect();
     let Some(home) = order.iter().position(|it| it.candidate.role == Role::Home) else { return order };
     let (best, at_home) = (order[0], order[home]);
-    let has_reserve = at_home.merit() == Merit::Landing;
-    let is_near = at_home.merit() == best.merit()
+    let has_reserve = at_home.merit() == Merit::Sure;
+    let is_near = (at_home.harm(), at_home.merit()) == (best.harm(), best.merit())
         && at_home.failed_landings == best.failed_landings
         && WORTH_LEAVING_HOME * at_home.energy_wh() <= best.energy_wh();
     if has_reserve || is_near {

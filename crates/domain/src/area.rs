@@ -5,6 +5,7 @@ use geo::{Contains, Coord, Intersects, Line, LineString, Polygon};
 use sha2::{Digest, Sha256};
 
 use crate::geometry::Ned;
+use crate::harm::{Ground, Harm};
 use crate::hours::WeeklyHours;
 use crate::outline::Outline;
 
@@ -53,6 +54,8 @@ pub struct Area {
     pub until_utc_ms: Option<i64>,
     /// Applies at these hours of the week only; `None`: at all of them.
     pub hours: Option<WeeklyHours>,
+    /// What is below one that may not be landed in ([`Area::only_bars_landings`]); means nothing for any other.
+    pub ground: Ground,
 }
 
 /// Why the rings of an area are refused: a message goes on after the name of the area. Holes are counted from 1.
@@ -95,6 +98,7 @@ impl Area {
             from_utc_ms: None,
             until_utc_ms: None,
             hours: None,
+            ground: Ground::default(),
         }
     }
 
@@ -105,7 +109,13 @@ impl Area {
 
     /// Whether it is one that may be flown over and not landed in.
     pub fn only_bars_landings(&self) -> bool {
-        self.kind == AreaKind::KeepOut && self.floor_m.is_none() && self.ceiling_m == Some(NO_LANDING_TO_M)
+        let is_low = self.floor_m.is_none() && self.ceiling_m == Some(NO_LANDING_TO_M);
+        self.kind == AreaKind::KeepOut && is_low && self.ground != Ground::Nobody
+    }
+
+    /// Whether it only bars landings, and what comes down there may harm as much: a ditch, or a load, in water.
+    pub fn takes(&self, accepts: Harm) -> bool {
+        self.only_bars_landings() && self.ground.harm() <= accepts
     }
 
     /// Where it is: the same on every machine, and whatever corner or hole is listed first.

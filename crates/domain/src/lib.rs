@@ -21,6 +21,7 @@ pub mod fmu;
 pub mod geodesy;
 pub mod geometry;
 pub mod ground;
+pub mod harm;
 pub mod hours;
 pub mod measured;
 pub mod memory;

@@ -24,6 +24,7 @@ use crate::feed::Feed;
 use crate::file::{MOST_MISTAKES, Mistake, Mistakes, Source};
 use crate::geodesy::{LocalFrame, Origin};
 use crate::geometry::Ned;
+use crate::harm::Ground;
 use crate::site::Site;
 use crate::survey::Survey;
 use area_hours::HoursEntry;
@@ -445,6 +446,8 @@ struct AreaEntry {
     from_utc: Option<Spanned<String>>,
     until_utc: Option<Spanned<String>>,
     hours_utc: Option<HoursEntry>,
+    /// Of one that may not be landed in: what is below. Without it people are.
+    ground: Option<Spanned<Ground>>,
     /// The name of the [[feed]] that it came from.
     feed: Option<Spanned<String>>,
 }
@@ -454,7 +457,7 @@ struct AreaEntry {
 enum Kind {
     Permission,
     KeepOut,
-    /// Flown over, and not landed in: water, people.
+    /// Flown over, and not landed in: `ground` says whether water or people are below.
     NoLanding,
 }
 
@@ -527,6 +530,15 @@ impl Checker<'_> {
                 "leave out `floor_m` and `ceiling_m`: such an area is the ground; or say `kind = \"keep-out\"`",
             );
         }
+        let ground = it.ground.as_ref().map(|it| *it.as_ref());
+        let means_something = is_below && ground != Some(Ground::Nobody);
+        if let Some(ground) = it.ground.as_ref().filter(|_| !means_something) {
+            self.say(
+                Some(ground.span()),
+                format!("area `{}` has a kind of ground that bars no landing", it.name.as_ref()),
+                "`ground` is \"water\" or \"people\", and belongs to an area with `kind = \"no-landing\"`",
+            );
+        }
         let area = Area {
             name: it.name.as_ref().clone(),
             kind: match it.kind {
@@ -544,6 +556,7 @@ impl Checker<'_> {
             from_utc_ms: it.from_utc.as_ref().and_then(|it| self.moment(it)),
             until_utc_ms: it.until_utc.as_ref().and_then(|it| self.moment(it)),
             hours: it.hours_utc.as_ref().and_then(|it| self.hours(it)),
+            ground: if is_below { ground.unwrap_or(Ground::People) } else { Ground::default() },
         };
         if has_rings {
             self.rings(&area, &format!("area `{}`", area.name), &it.ring_spans());

@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use crate::geometry::Ned;
+use crate::harm::Harm;
 
 /// What happens to a vehicle that comes down at a site.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize)]
@@ -15,6 +16,14 @@ pub enum SiteKind {
 }
 
 impl SiteKind {
+    /// What coming down there harms.
+    pub fn harm(self) -> Harm {
+        match self {
+            SiteKind::Landing => Harm::NONE,
+            SiteKind::Ditch => Harm::AIRCRAFT,
+        }
+    }
+
     /// The word for it in a mission file.
     pub fn word(self) -> &'static str {
         match self {

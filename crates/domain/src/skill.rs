@@ -5,6 +5,7 @@ use kittiwake_proto::v1;
 
 use crate::fmu::FlightMode;
 use crate::geometry::{Ned, NedVelocity};
+use crate::harm::Harm;
 
 /// Which skill flies a goal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -128,6 +129,16 @@ impl Goal {
             Goal::Stop => SkillKind::Stop,
             Goal::Position { .. } | Goal::Velocity { .. } => SkillKind::Offboard,
             Goal::Release { .. } => SkillKind::Release,
+        }
+    }
+
+    /// What may be harmed where that ends which comes down by it: a load may be lost, but hits nobody.
+    pub fn accepts(&self) -> Harm {
+        match self {
+            Goal::Release { .. } => Harm::AIRCRAFT,
+            Goal::Land | Goal::Takeoff { .. } | Goal::Stop | Goal::Position { .. } | Goal::Velocity { .. } => {
+                Harm::NONE
+            }
         }
     }
 

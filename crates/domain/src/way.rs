@@ -13,7 +13,9 @@ use crate::airspace::{Airspace, Motion};
 use crate::area::{Area, AreaKind, rings};
 use crate::area_map::AreaMap;
 use crate::geometry::Ned;
+use crate::harm::Harm;
 use crate::outline::Outline;
+use crate::site::SiteKind;
 use crate::speeds::Speeds;
 
 mod search;
@@ -68,7 +70,7 @@ pub fn way_out(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<
     if trespassed.is_empty() {
         return Some(Vec::new());
     }
-    let motion = Motion { begins: Duration::ZERO, speeds: limits.speeds, airborne: true };
+    let motion = Motion { begins: Duration::ZERO, speeds: limits.speeds, airborne: true, accepts: Harm::NONE };
     let is_free = |way: &Vec<Ned>| {
         let starts = std::iter::once(&from).chain(way.iter());
         let legs_are_free = starts.zip(way).all(|(a, b)| airspace.first_breach(*a, *b, motion).is_none());
@@ -118,8 +120,9 @@ pub fn leaving(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Leaving
 
 /// The points to fly to from `from`, in the air, to a place where the vehicle may come straight down: nothing barred, or
 /// barred before it is down, is below it there. The descent need not end inside an area for that area to count: what may not be
-/// flown through is not landed in. Empty if that is here; `None` if there is no such place.
-pub fn way_to_free_ground(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<Vec<Ned>> {
+/// flown through is not landed in. What only bars landings counts where coming down there harms more than `accepts`. Empty if that is here; `None`
+/// if there is no such place.
+pub fn way_to_ground(from: Ned, accepts: Harm, airspace: &Airspace, limits: &FlightLimits) -> Option<Vec<Ned>> {
     let descent =
         Duration::try_from_secs_f64(from.height_m().max(0.0) / limits.speeds.descent_m_s).unwrap_or(Duration::MAX);
     let top_m = from.height_m() + airspace.vertical_margin_m;
@@ -128,7 +131,8 @@ pub fn way_to_free_ground(from: Ned, airspace: &Airspace, limits: &FlightLimits)
         true => Area { floor_m: None, ceiling_m: None, ..area.clone() },
         false => area.clone(),
     };
-    let areas: Vec<Area> = airspace.areas.iter().map(down_to_the_ground).collect();
+    let bars = |area: &&Area| !area.takes(accepts);
+    let areas: Vec<Area> = airspace.areas.iter().filter(bars).map(down_to_the_ground).collect();
     way_out(from, &Airspace { areas: &areas, lead: airspace.lead.saturating_add(descent), ..*airspace }, limits)
 }
 
@@ -213,6 +217,8 @@ pub struct Surroundings<'a> {
     pub map: &'a AreaMap,
     /// Speeds, heights and distances.
     pub limits: &'a FlightLimits,
+    /// The kind of place that it comes down at.
+    pub ends_at: SiteKind,
 }
 
 impl Surroundings<'_> {
@@ -249,9 +255,10 @@ impl Surroundings<'_> {
         most_legs: u32,
         entry: impl Fn(&Area) -> Entry,
     ) -> Found<(Vec<Ned>, BTreeSet<String>)> {
-        let Surroundings { airspace: rule, map, limits } = *self;
+        let Surroundings { airspace: rule, map, limits, ends_at } = *self;
         let entries: Vec<Entry> = rule.areas.iter().map(entry).collect();
-        let (asked, legs_left) = (Asked::new(), Cell::new(most_legs));
+        let asked: Asked = (0..rule.areas.len()).filter(|it| rule.areas[*it].takes(ends_at.harm())).collect();
+        let legs_left = Cell::new(most_legs);
         let among = Among { rule, map, entries: &entries, asked: &asked, limits, legs_left: &legs_left };
         let trip = Trip { from, to, begins: Duration::ZERO, lands_from_m: Some(preferred_m) };
         let way = find(trip, among).ok().map(|TimedWay { mut points, entered, .. }| {
@@ -304,6 +311,7 @@ mod tests {
     use super::*;
     use crate::airspace::Grants;
     use crate::airspace::tests::{airspace, area, square};
+    use crate::harm::Ground;
 
     const LIMITS: FlightLimits = FlightLimits {
         speeds: Speeds::calm(10.0, 3.0, 1.5),
@@ -326,7 +334,8 @@ mod tests {
     /// The way to `to`, in whole metres.
     fn way(areas: &[Area], grants: &Grants, from: Ned, to: Ned, preferred_m: f64) -> Option<Vec<(f64, f64, f64)>> {
         let map = AreaMap::new(areas);
-        let around = Surroundings { airspace: airspace(areas, grants), map: &map, limits: &LIMITS };
+        let around =
+            Surroundings { airspace: airspace(areas, grants), map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
         rounded(around.way_within(from, to, preferred_m, MOST_LEGS).way)
     }
 
@@ -467,7 +476,7 @@ mod tests {
         #[track_caller]
         fn check(area: Area, from: Ned, expected: Option<&[(f64, f64, f64)]>) {
             let (areas, grants) = ([area], Grants::new());
-            let way = way_to_free_ground(from, &airspace(&areas, &grants), &LIMITS);
+            let way = way_to_ground(from, Harm::NONE, &airspace(&areas, &grants), &LIMITS);
             assert_eq!(rounded(way).as_deref(), expected, "{from:?}");
         }
         let low = || Area { ceiling_m: Some(12.0), ..square(AreaKind::KeepOut) };
@@ -476,6 +485,20 @@ mod tests {
         let roof = || Area { floor_m: Some(60.0), ..square(AreaKind::KeepOut) };
         check(Area { ceiling_m: None, ..roof() }, at(0.0, 200.0, 40.0), Some(&[]));
         check(Area { ceiling_m: Some(90.0), ..roof() }, at(0.0, 140.0, 100.0), Some(&[(0.0, 80.0, 100.0)]));
+    }
+
+    #[test]
+    fn ground_that_harms_no_more_than_is_accepted_counts_as_free() {
+        let low = |ground| Area { ceiling_m: Some(crate::area::NO_LANDING_TO_M), ground, ..square(AreaKind::KeepOut) };
+        let check = |ground: Ground, accepts: Harm, expected: &[(f64, f64, f64)]| {
+            let (areas, grants) = ([low(ground)], Grants::new());
+            let way = way_to_ground(at(0.0, 140.0, 40.0), accepts, &airspace(&areas, &grants), &LIMITS);
+            assert_eq!(rounded(way).as_deref(), Some(expected), "{ground:?} {accepts}");
+        };
+        let aside = &[(0.0, 80.0, 40.0)];
+        check(Ground::Water, Harm::NONE, aside);
+        check(Ground::Water, Harm::AIRCRAFT, &[]);
+        check(Ground::People, Harm::AIRCRAFT, aside);
     }
 
     #[test]
@@ -525,7 +548,12 @@ mod tests {
         let wall = Area { holes: vec![port.corners.clone()], ..wall };
         let (areas, grants) = ([endless(port), endless(wall)], Grants::new());
         let map = AreaMap::new(&areas);
-        let around = Surroundings { airspace: airspace(&areas, &grants), map: &map, limits: &LIMITS };
+        let around = Surroundings {
+            airspace: airspace(&areas, &grants),
+            map: &map,
+            limits: &LIMITS,
+            ends_at: SiteKind::Landing,
+        };
         let from = at(0.0, 20.0, 15.0);
         assert_eq!(around.way_within(from, Ned::default(), 15.0, MOST_LEGS).way, None);
         let found = around.way_if_granted(from, Ned::default(), 15.0, MOST_LEGS).way.expect("there is a way");

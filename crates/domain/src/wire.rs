@@ -10,6 +10,7 @@ use kittiwake_proto::{PLANNING_PROTOCOL, v1};
 use crate::area::{Area, AreaKind};
 use crate::fmu::{FailsafeReason, FlightMode, Gripper};
 use crate::geometry::{Ned, NedVelocity};
+use crate::harm::Ground;
 use crate::hours::WeeklyHours;
 use crate::site::{Site, SiteKind};
 use crate::survey::InvalidSurvey;
@@ -163,6 +164,11 @@ impl From<&Area> for v1::Area {
             from_utc_ms: it.from_utc_ms,
             until_utc_ms: it.until_utc_ms,
             hours_utc: it.hours.as_ref().map(WeeklyHours::to_texts).unwrap_or_default(),
+            ground: match it.ground {
+                Ground::Nobody => v1::GroundKind::Nobody,
+                Ground::Water => v1::GroundKind::Water,
+                Ground::People => v1::GroundKind::People,
+            } as i32,
         }
     }
 }
@@ -175,8 +181,14 @@ impl TryFrom<v1::Area> for Area {
             v1::AreaKind::KeepOut => AreaKind::KeepOut,
             v1::AreaKind::Unspecified => return Err(InvalidMessage::Missing("kind")),
         };
+        let ground = match it.ground() {
+            v1::GroundKind::Unspecified => None,
+            v1::GroundKind::Nobody => Some(Ground::Nobody),
+            v1::GroundKind::Water => Some(Ground::Water),
+            v1::GroundKind::People => Some(Ground::People),
+        };
         let ring = |corners: Vec<v1::Ned>| corners.into_iter().map(Ned::try_from).collect::<Result<Vec<Ned>, _>>();
-        Ok(Area {
+        let area = Area {
             name: it.name,
             kind,
             corners: ring(it.corners)?,
@@ -186,7 +198,11 @@ impl TryFrom<v1::Area> for Area {
             from_utc_ms: it.from_utc_ms,
             until_utc_ms: it.until_utc_ms,
             hours: hours(&it.hours_utc)?,
-        })
+            ground: ground.unwrap_or_default(),
+        };
+        let among_people = Area { ground: Ground::People, ..area.clone() };
+        let is_unsaid = ground.is_none() && among_people.only_bars_landings();
+        Ok(if is_unsaid { among_people } else { area })
     }
 }
 
@@ -295,14 +311,15 @@ pub(crate) mod generators {
 
     pub(crate) fn area() -> impl Strategy<Value = Area> {
         let kind = prop::sample::select(vec![AreaKind::Permission, AreaKind::KeepOut]);
+        let ground = prop::sample::select(vec![Ground::Nobody, Ground::Water, Ground::People]);
         let height = || prop::option::of(-500.0..500.0);
         let moment = || prop::option::of(any::<i64>());
         let span = (0..10_000_i64, 1..3_000_i64);
         let hours = prop::option::of(prop::collection::vec(span, 1..5));
         let ring = || prop::collection::vec(ned(), 0..5);
         let rings = (ring(), prop::collection::vec(ring(), 0..3));
-        (name(), kind, rings, height(), height(), moment(), moment(), hours).prop_map(
-            |(name, kind, (corners, holes), floor_m, ceiling_m, from_utc_ms, until_utc_ms, hours)| Area {
+        (name(), kind, rings, height(), height(), moment(), moment(), hours, ground).prop_map(
+            |(name, kind, (corners, holes), floor_m, ceiling_m, from_utc_ms, until_utc_ms, hours, ground)| Area {
                 name,
                 kind,
                 corners,
@@ -312,6 +329,7 @@ pub(crate) mod generators {
                 from_utc_ms,
                 until_utc_ms,
                 hours: hours.map(|spans| WeeklyHours::new(spans).expect("some, and few")),
+                ground,
             },
         )
     }

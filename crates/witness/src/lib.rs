@@ -13,6 +13,7 @@ use domain::area::{Area, AreaKind};
 use domain::energy::EnergyModel;
 use domain::fmu::Status;
 use domain::geometry::Ned;
+use domain::harm::Ground;
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
@@ -480,6 +481,7 @@ impl Witness {
                 // Where a pilot flies is the pilot's affair.
                 _ if self.others.fly() => Inside::Reported,
                 None if was_withdrawn_just_now => leave_by(),
+                _ if self.announces_entry(area) => Inside::Reported,
                 None => {
                     let permission = permission.map(v1::Permission::state).unwrap_or_default();
                     self.breaches.push(Breach::Entered { at, area: area.name.clone(), permission });
@@ -495,6 +497,14 @@ impl Witness {
             };
             self.inside.insert(area.name.clone(), stands);
         }
+    }
+
+    /// Whether the manager says that it enters `area` without permission, and has a reason: an operator's order, or people who may be below.
+    fn announces_entry(&self, area: &Area) -> bool {
+        let is_announced = self.manager.entered_without_permission.contains(&area.name);
+        let is_ordered = self.manager.acting.starts_with("operator_");
+        let people = |it: &Area| it.only_bars_landings() && it.ground == Ground::People;
+        is_announced && area.kind == AreaKind::Permission && (is_ordered || self.areas.iter().any(people))
     }
 
     /// Somebody must be bringing the vehicle down, or anywhere, as long as it flies.

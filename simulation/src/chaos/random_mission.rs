@@ -187,6 +187,7 @@ impl<'a> Draft<'a> {
         let (half_north, half_east) = (self.dice.between(50, 300), self.dice.between(50, 300));
         let (north, east) = ([north - half_north, north + half_north], [east - half_east, east + half_east]);
         self.rectangle(name, "no-landing", north, east);
+        let _ = writeln!(self.areas, "ground = \"{surface}\"");
         let metres = |[from, to]: [i64; 2]| [from as f64, to as f64];
         self.ground.patches.push(Patch { north_m: metres(north), east_m: metres(east), height_m: 0.0, surface });
     }
@@ -200,6 +201,7 @@ impl<'a> Draft<'a> {
         if self.decks {
             (self.ground.elsewhere_m, self.ground.elsewhere) = (SEA_M, Surface::Water);
             self.rectangle("sea", "no-landing", [-4000, 4000], [-4000, 4000]);
+            self.areas.push_str("ground = \"water\"\n");
             let half = PLACE_M as i64 / 2;
             let mut around = self.places.clone();
             around.sort_unstable();

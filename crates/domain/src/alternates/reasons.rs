@@ -14,27 +14,34 @@ impl Alternate {
         format!("{length}, {:.0} Wh{usable}", way.energy_wh.ceil())
     }
 
-    /// Why a vehicle that flies to `chosen` does not fly here.
-    pub fn why_not_instead_of(&self, chosen: &Alternate) -> String {
+    /// Why a vehicle that flies to `chosen` does not fly here; `None`: nothing that is known of the two says it.
+    pub fn why_not_instead_of(&self, chosen: &Alternate) -> Option<String> {
         if let Some(why) = self.why_not() {
-            return why;
+            return Some(why);
+        }
+        if chosen.harm() < self.harm() {
+            return Some("the vehicle would be given up there".to_owned());
         }
         let is_worse = chosen.merit() < self.merit();
-        match self.merit() {
-            Merit::LandingTriedBefore if is_worse => "a landing there has failed before".to_owned(),
-            Merit::LandingToAskFor | Merit::DitchToAskFor if is_worse => {
+        Some(match self.merit() {
+            Merit::TriedBefore if is_worse || chosen.failed_landings < self.failed_landings => {
+                "a landing there has failed before".to_owned()
+            }
+            Merit::ToAskFor if is_worse => {
                 let needs = self.way.as_ref().map(|(way, _)| way.needs.join(" and ")).unwrap_or_default();
                 format!("the way takes the permission for {needs}")
             }
-            Merit::LandingOnReserve if is_worse => "the way uses the reserve".to_owned(),
-            Merit::Ditch if is_worse => "the vehicle would be given up there".to_owned(),
+            Merit::OnReserve if is_worse => match self.charge {
+                Some(charge) => format!("would arrive with {:.0} %, on the reserve", charge * 100.0),
+                None => "the way uses the reserve".to_owned(),
+            },
             _ if chosen.energy_wh() < self.energy_wh() => {
                 let [here, there] = [self, chosen].map(|it| it.energy_wh().ceil());
                 format!("the way takes {here:.0} Wh, not {there:.0}")
             }
             _ if chosen.candidate.role == Role::Home => "home comes first where it can be reached so well".to_owned(),
-            _ => "no way there was found when the place was chosen".to_owned(),
-        }
+            _ => return None,
+        })
     }
 }
 
@@ -74,16 +81,19 @@ mod tests {
     fn each_place_that_is_not_gone_to_has_its_reason() {
         #[track_caller]
         fn check(chosen: &Alternate, other: &Alternate, expected: &str) {
-            assert_eq!(other.why_not_instead_of(chosen), expected);
+            assert_eq!(other.why_not_instead_of(chosen).unwrap_or_default(), expected);
         }
         use Reach::{OnReserve, WithReserve};
         let chosen = site(10.0, &[], WithReserve);
         check(&chosen, &site(20.2, &[], WithReserve), "the way takes 21 Wh, not 10");
         check(&chosen, &site(5.0, &[], OnReserve), "the way uses the reserve");
+        let with_charge = Alternate { charge: Some(0.232), ..site(5.0, &[], OnReserve) };
+        check(&chosen, &with_charge, "would arrive with 23 %, on the reserve");
         check(&chosen, &site(5.0, &["A", "B"], WithReserve), "the way takes the permission for A and B");
-        check(&chosen, &site(5.0, &[], WithReserve), "no way there was found when the place was chosen");
-        let tried = Alternate { failed_landings: 1, ..site(5.0, &[], WithReserve) };
-        check(&chosen, &tried, "a landing there has failed before");
+        check(&chosen, &site(5.0, &[], WithReserve), "");
+        let tried = |failed_landings| Alternate { failed_landings, ..site(5.0, &[], WithReserve) };
+        check(&chosen, &tried(1), "a landing there has failed before");
+        check(&tried(1), &tried(2), "a landing there has failed before");
         let ditch = |energy_wh| alternate(Role::Site, SiteKind::Ditch, Some((way(energy_wh, &[]), WithReserve)));
         check(&chosen, &ditch(5.0), "the vehicle would be given up there");
         check(&ditch(5.0), &ditch(7.0), "the way takes 7 Wh, not 5");

@@ -144,7 +144,7 @@ fn a_charge_that_is_not_known_judges_nothing() {
     let unknown = Charge { energy: &energy, left: None, lands_below: fraction(0.1) };
     let way = Way { length_m: 1.0, time_s: 1.0, energy_wh: 1e6, needs: Vec::new() };
     let place = Alternate::new(Candidate::home(), Some(way), unknown, 0);
-    assert_eq!((place.merit(), place.charge, place.why_not()), (Merit::Landing, None, None));
+    assert_eq!((place.merit(), place.charge, place.why_not()), (Merit::Sure, None, None));
 }
 
 #[test]
@@ -163,10 +163,11 @@ fn check_way(areas: &[Area], held: &[&str], to: Ned, expected: Option<(f64, &[&s
     let grants: Grants = held.iter().map(|it| ((*it).to_owned(), std::time::Duration::from_secs(900))).collect();
     let energy = energy();
     let map = AreaMap::new(areas);
-    let around = Surroundings { airspace: airspace(areas, &grants), map: &map, limits: &LIMITS };
+    let around =
+        Surroundings { airspace: airspace(areas, &grants), map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
     let from = Ned::new(0.0, 0.0, -30.0);
     let view = Viewpoint { from, height_m: 30.0, around, energy: &energy, wind: Wind::CALM };
-    let found = view.look_at(to, 20_000);
+    let found = view.look_at(&Candidate { position: to, ..Candidate::home() }, 20_000);
     let told =
         found.way.as_ref().map(|it| (it.length_m.round(), it.needs.iter().map(String::as_str).collect::<Vec<_>>()));
     assert_eq!(told, expected.map(|(length_m, needs)| (length_m, needs.to_vec())), "{found:?}");
@@ -199,11 +200,12 @@ fn a_search_without_effort_finds_nothing_and_says_what_it_has_looked_at() {
     let (grants, energy) = (Grants::new(), energy());
     let from = Ned::new(0.0, 0.0, -30.0);
     let map = AreaMap::new(&areas);
-    let around = Surroundings { airspace: airspace(&areas, &grants), map: &map, limits: &LIMITS };
+    let around =
+        Surroundings { airspace: airspace(&areas, &grants), map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
     let view = Viewpoint { from, height_m: 30.0, around, energy: &energy, wind: Wind::CALM };
-    let to = Ned::new(0.0, 400.0, 0.0);
-    assert_eq!(view.look_at(to, 0).way, None);
-    let found = view.look_at(to, 20_000);
+    let to = Candidate { position: Ned::new(0.0, 400.0, 0.0), ..Candidate::home() };
+    assert_eq!(view.look_at(&to, 0).way, None);
+    let found = view.look_at(&to, 20_000);
     assert!(found.way.is_some() && 1 < found.legs && found.legs < 20_000, "{found:?}");
 }
 
@@ -248,7 +250,7 @@ proptest! {
                 // No landing that failed before one that was not tried, nothing to ask for before what is free.
                 prop_assert_eq!(first.failed_landings, 0);
                 prop_assert!(!asks(first) || asks(it));
-                let keeps = |it: &Alternate| it.merit() == Merit::Landing;
+                let keeps = |it: &Alternate| it.merit() == Merit::Sure;
                 prop_assert!(keeps(first) || !keeps(it));
                 if it.merit() == first.merit() {
                     prop_assert!(wh(first) <= wh(it));
@@ -259,7 +261,7 @@ proptest! {
         // Who diverts past the first goes home, which keeps the reserve or is as good and takes no more than twice as much.
         if let Some(to) = diverts.first().filter(|to| to.candidate != first.candidate) {
             prop_assert_eq!(to.candidate.role, Role::Home);
-            prop_assert!(to.merit() == Merit::Landing || (to.merit() == first.merit() && wh(to) <= 2.0 * wh(first)));
+            prop_assert!(to.merit() == Merit::Sure || (to.merit() == first.merit() && wh(to) <= 2.0 * wh(first)));
         }
     }
 }

@@ -142,6 +142,16 @@ impl Row {
         self.severity() == Severity::Slow
     }
 
+    /// Whether its response flies nowhere: what it does holds, also in an area that could be left.
+    pub fn only_holds(&self) -> bool {
+        let holds = |it: &Action| match it.severity {
+            Severity::Hold => true,
+            Severity::Leave => !it.needs.contains(&Need::Position),
+            _ => false,
+        };
+        self.actions.iter().all(holds)
+    }
+
     /// Whether it is raised because energy runs out, or may have: nothing waits then.
     pub fn is_about_energy(&self) -> bool {
         self.when.as_ref().is_some_and(When::is_about_energy)

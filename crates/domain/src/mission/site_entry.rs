@@ -61,7 +61,8 @@ impl Checker<'_> {
     pub(super) fn alternates_among(&mut self, entries: &[SiteEntry], alternates: &[Site], areas: &[Area]) {
         for (entry, site) in entries.iter().zip(alternates) {
             let place = sites::Place::to_end_at(site.position);
-            for unfit in areas.iter().filter(|it| it.always_applies()).filter_map(|it| sites::unfit(place, it)) {
+            let bars = |it: &&Area| it.always_applies() && !it.takes(site.kind.harm());
+            for unfit in areas.iter().filter(bars).filter_map(|it| sites::unfit(place, it)) {
                 let message = format!("site `{}` {}", site.name, unfit.in_words());
                 self.say(Some(entry.written().span()), message, unfit.help());
             }
@@ -104,6 +105,9 @@ name = "A"
 kind = "keep-out"
 corners_m = [[60.0, 300.0], [160.0, 300.0], [160.0, 400.0], [60.0, 400.0]]
 "#;
+
+    /// Round the ditch.
+    const POND: &str = "corners_m = [[-60.0, 150.0], [60.0, 150.0], [60.0, 240.0], [-60.0, 240.0]]";
 
     fn read(text: &str) -> Result<Mission, Mistakes> {
         Mission::read(&Source { path: "m.toml".into(), text: text.into() })
@@ -156,8 +160,22 @@ corners_m = [[60.0, 300.0], [160.0, 300.0], [160.0, 400.0], [60.0, 400.0]]
             "kind = \"no-landing\"\ncorners_m = [[60.0, 200.0]",
             "m.toml:15:11: site `field` lies in no-landing area `A`, which always applies",
         );
+        for ground in ["", "ground = \"people\"\n"] {
+            check(
+                "kind = \"keep-out\"\ncorners_m = [[60.0, 300.0], [160.0, 300.0], [160.0, 400.0], [60.0, 400.0]]",
+                &format!("kind = \"no-landing\"\n{ground}{POND}"),
+                "m.toml:21:16: site `pond` lies in no-landing area `A`, which always applies",
+            );
+        }
         // At the border itself.
         check("east_m = 250.0", "east_m = 300.0", "m.toml:15:11: site `field` lies 0.0 m from the border of area `A`");
+    }
+
+    #[test]
+    fn a_ditch_may_lie_in_water() {
+        let area = "kind = \"keep-out\"\ncorners_m = [[60.0, 300.0], [160.0, 300.0], [160.0, 400.0], [60.0, 400.0]]";
+        let text = GOOD.replacen(area, &format!("kind = \"no-landing\"\nground = \"water\"\n{POND}"), 1);
+        assert!(read(&text).is_ok(), "{}", read(&text).unwrap_err());
     }
 
     #[test]

@@ -293,6 +293,22 @@ fn an_area_that_may_not_be_landed_in_is_barred_near_the_ground_and_has_no_height
 }
 
 #[test]
+fn the_ground_of_an_area_that_may_not_be_landed_in_is_people_unless_the_file_says_water() {
+    let with = |kind: &str| read(&GOOD.replacen("\"permission\"", kind, 1));
+    let check = |kind: &str, expected: Ground| assert_eq!(with(kind).unwrap().areas[0].ground, expected, "{kind}");
+    check("\"permission\"", Ground::Nobody);
+    check("\"no-landing\"", Ground::People);
+    check("\"no-landing\"\nground = \"people\"", Ground::People);
+    check("\"no-landing\"\nground = \"water\"", Ground::Water);
+    for kind in ["\"no-landing\"\nground = \"nobody\"", "\"keep-out\"\nground = \"people\""] {
+        let error = with(kind).unwrap_err().to_string();
+        assert!(error.contains("has a kind of ground that bars no landing"), "{error}");
+    }
+    let error = with("\"no-landing\"\nground = \"lava\"").unwrap_err().to_string();
+    assert!(error.contains("unknown variant `lava`, expected one of `nobody`, `water`, `people`"), "{error}");
+}
+
+#[test]
 fn a_file_of_another_program_is_answered_by_the_command_that_imports_it() {
     #[track_caller]
     fn check(text: &str, expected: &str) {

@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use crate::airspace::{Airspace, soonest};
-use crate::area::Area;
+use crate::area::{Area, AreaKind};
 use crate::area_map::{AreaMap, MARGINS};
 use crate::geometry::Ned;
 use crate::way::{FlightLimits, Leaving, leaving};
@@ -61,7 +61,13 @@ pub enum Entry {
     Forced,
 }
 
-/// Areas whose permission was asked for before, by their index.
+/// Whether there are ways for which `area` is open although it applies: with its permission, or, where it only bars landings, for who comes down
+/// there all the same.
+fn may_open(area: &Area) -> bool {
+    area.kind == AreaKind::Permission || area.only_bars_landings()
+}
+
+/// Areas that are open by [`may_open`], by their index: their permission was asked for before.
 pub type Asked = BTreeSet<usize>;
 
 /// What a search knows and keeps to.

@@ -209,7 +209,7 @@ impl Node for Mcm {
         self.world.publish_decisions();
         // Not while something waits to be sent: a response must not wait for what it may need later.
         if self.reporter.next() <= now.time && self.world.has_nothing_to_send() {
-            self.world.look_at_alternates();
+            self.world.look_ahead();
         }
         self.reporter.report(&self.tree, &mut self.world, self.ticks);
         if let Some(record) = self.timing.as_mut().and_then(|timing| timing.end_wake(&mut self.tree)) {

@@ -22,8 +22,30 @@ pub(crate) struct Permits {
     pub(crate) flying: bool,
     /// A flag forbids to enter an area in which the vehicle is not already.
     pub(crate) no_new_area: bool,
-    /// The response that is under way reaches no landing otherwise: what is held may be entered, whatever a flag or a restart says.
-    pub(crate) needs_held: bool,
+    /// How far beyond that the response that is under way goes.
+    pub(crate) beyond: Beyond,
+}
+
+/// How far a response that comes down goes beyond what it is permitted, because anything else harms more, or a pilot has ordered it.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) enum Beyond {
+    #[default]
+    Nowhere,
+    /// It reaches no landing otherwise: what is held may be entered, whatever a flag or a restart says.
+    Held,
+    /// It also enters these areas, without permission.
+    Into(BTreeSet<String>),
+}
+
+impl Beyond {
+    /// The areas that are entered without permission.
+    pub(crate) fn areas(&self) -> impl Iterator<Item = &String> {
+        let areas = match self {
+            Beyond::Into(areas) => Some(areas),
+            Beyond::Nowhere | Beyond::Held => None,
+        };
+        areas.into_iter().flatten()
+    }
 }
 
 impl Permits {
@@ -45,8 +67,16 @@ impl Permits {
 
     /// May a way, a plan or a step on the ground begin? Not into an area that a flag forbids.
     pub(crate) fn to_begin(&self) -> Grants {
+        let mut grants = self.to_land();
+        grants.extend(self.beyond.areas().map(|it| (it.clone(), Duration::MAX)));
+        grants
+    }
+
+    /// May it come down there as well? Not in what is only entered on the way, without permission.
+    pub(crate) fn to_land(&self) -> Grants {
         let mut grants = self.grants.clone();
-        grants.retain(|name, _| self.needs_held || (self.is_allowed(name) && self.is_enough_to_begin(name)));
+        let takes_all = self.beyond != Beyond::Nowhere;
+        grants.retain(|name, _| takes_all || (self.is_allowed(name) && self.is_enough_to_begin(name)));
         grants
     }
 
@@ -93,7 +123,7 @@ mod tests {
             not_heard_yet: names(&["unknown"]),
             flying: true,
             no_new_area: false,
-            needs_held: false,
+            beyond: Beyond::Nowhere,
         }
     }
 
@@ -120,7 +150,9 @@ mod tests {
         // A flag forbids new areas.
         let narrowed = Permits { no_new_area: true, ..restored() };
         check(&narrowed, "here old there unknown", "here there unknown", "here");
-        let needs = Permits { needs_held: true, no_new_area: true, ..doubted() };
-        check(&needs, "here old there", "here there", "here old there");
+        let needs = |beyond| Permits { beyond, no_new_area: true, ..doubted() };
+        check(&needs(Beyond::Held), "here old there", "here there", "here old there");
+        let into = Beyond::Into(["denied".to_owned()].into());
+        check(&needs(into), "here old there", "here there", "denied here old there");
     }
 }

@@ -15,6 +15,7 @@ mod alternates;
 mod asking_ahead;
 mod deciding;
 mod drops;
+mod harm;
 mod interruptions;
 mod late_plans;
 mod memory;

@@ -10,6 +10,7 @@ use domain::energy::Wind;
 use domain::geometry::Ned;
 use domain::mission::Mission;
 use domain::quantity::Fraction;
+use domain::site::SiteKind;
 use domain::time::Now;
 use domain::way::{Found, Surroundings};
 
@@ -75,7 +76,7 @@ impl Search<'_> {
         let view = Viewpoint {
             from: here,
             height_m: here.height_m().max(limits.least_height_m),
-            around: Surroundings { airspace, map: &self.map, limits: &limits },
+            around: Surroundings { airspace, map: &self.map, limits: &limits, ends_at: SiteKind::Landing },
             energy: judge.model,
             wind: self.wind,
         };
@@ -84,7 +85,7 @@ impl Search<'_> {
         let charge = Charge { energy: judge.model, left, lands_below: Fraction::ZERO };
         let mut alternates: Vec<Alternate> = Vec::new();
         for place in &self.places {
-            let Found { way, legs } = view.look_at(place.position, self.legs_left.min(MOST_LEGS / 20));
+            let Found { way, legs } = view.look_at(place, self.legs_left.min(MOST_LEGS / 20));
             self.legs_left = self.legs_left.saturating_sub(legs.max(1));
             alternates.push(Alternate::new(place.clone(), way, charge, 0));
         }

@@ -154,7 +154,7 @@ impl Draft<'_> {
     /// How what needs the free way of an action with this goal moves.
     fn motion(&self, from: &State, goal: &Goal) -> Motion {
         let speeds = release::free_speeds(goal, self.config.speeds());
-        Motion { begins: self.at, speeds, airborne: from.flying }
+        Motion { begins: self.at, speeds, airborne: from.flying, accepts: goal.accepts() }
     }
 
     fn add(&mut self, action: &dyn Action, from: &State, mut to: State, ask: Vec<usize>) {
@@ -204,7 +204,7 @@ impl Step {
     pub(crate) fn motion(&self, begins: Duration, config: &Config) -> Motion {
         let airborne = !matches!(self.action.nominal.goal, Goal::Takeoff { .. });
         let speeds = release::free_speeds(&self.action.nominal.goal, config.speeds());
-        Motion { begins, speeds, airborne }
+        Motion { begins, speeds, airborne, accepts: self.action.nominal.goal.accepts() }
     }
 
     /// How long after its beginning this fraction of its free way is behind.

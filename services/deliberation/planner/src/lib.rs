@@ -22,6 +22,7 @@ mod airspace;
 mod alternates;
 mod asking_ahead;
 mod back_chaining;
+mod coming_back;
 mod communication;
 pub mod config;
 mod drafting;

@@ -27,6 +27,7 @@ use domain::area_map::AreaMap;
 
 use crate::airspace::{self, Airspace, Closures};
 use crate::asking_ahead;
+use crate::coming_back;
 use crate::config::Config;
 use crate::drafting::{Unreachable, draft};
 use crate::free_order::Choice;
@@ -264,6 +265,10 @@ impl MissionPlanner {
             if let Some(TooShort { area, reason }) = grant_lengths::too_short(&steps, &airspace) {
                 closures.insert(area, reason);
                 continue;
+            }
+            if let Err(reason) = coming_back::ask_for(&mut steps, &state, &self.objectives, &airspace, &self.judge()) {
+                self.objectives.give_up_rest(&reason);
+                return Answer::Finished;
             }
             asking_ahead::set(&mut steps, &airspace, &self.config);
             let early = too_early(&steps, &self.permissions, now.time, &self.config);

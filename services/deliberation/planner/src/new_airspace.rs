@@ -72,8 +72,10 @@ fn with_airspace(mission: Mission, airspace: Airspace) -> Result<Mission, Refusa
 /// The landing sites that lie in areas which always apply. That is no reason to fly on in ignorance of the areas.
 fn closed_sites(mission: &Mission) -> Vec<String> {
     let always = || mission.areas.iter().filter(|it| it.always_applies());
-    let closed =
-        |it: &domain::site::Site| Some(format!("site `{}` {}", it.name, unfit_landing_site(it.position, always())?));
+    let closed = |it: &domain::site::Site| {
+        let unfit = unfit_landing_site(it.position, always().filter(|area| !area.takes(it.kind.harm())))?;
+        Some(format!("site `{}` {unfit}", it.name))
+    };
     mission.sites.iter().filter_map(closed).collect()
 }
 

@@ -8,9 +8,8 @@ use std::time::Duration;
 
 use super::legs::{Obstacles, Touched};
 use super::nodes::{Extent, GOAL, Nodes, START};
-use super::{Asked, Effort, Entry, NoWay, PROHIBITIVE_MS, TimedWay, Turns};
+use super::{Asked, Effort, Entry, NoWay, PROHIBITIVE_MS, TimedWay, Turns, may_open};
 use crate::airspace::{latest, soonest};
-use crate::area::AreaKind;
 use crate::geometry::Ned;
 
 /// A way that lands begins at another height than the preferred one only if it saves this much time.
@@ -248,7 +247,7 @@ impl<'a> Graph<'a> {
         let is_asked = |zone: usize| planned.contains(&zone) || from.asked.contains(&zone);
         let bars = |zone: usize, enters: f64, leaves: f64| {
             let area = obstacles.area(zone);
-            let is_free = area.kind == AreaKind::Permission && is_asked(zone);
+            let is_free = may_open(area) && is_asked(zone);
             !is_free && rule.bars(area, soonest(at(enters)), latest(at(leaves))).is_some()
         };
         if near.iter().any(|zone| bars(*zone, 0.0, 1.0) && entries[*zone] != Entry::Forced) {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{Among, Entry, KEPT, Trip};
+use super::{Among, Entry, KEPT, Trip, may_open};
 use crate::airspace::{Stay, is_at_heights, stays_within};
 use crate::area::{Area, AreaKind};
 use crate::area_map::MARGINS;
@@ -77,7 +77,7 @@ impl<'a> Obstacles<'a> {
         let low_m = heights_m.into_iter().fold(f64::INFINITY, f64::min) - rule.vertical_margin_m;
         let high_m = heights_m.into_iter().fold(f64::NEG_INFINITY, f64::max) + rule.vertical_margin_m;
         let may_bar = |(index, area): (usize, &Area)| {
-            let is_asked = area.kind == AreaKind::Permission && asked.contains(&index);
+            let is_asked = may_open(area) && asked.contains(&index);
             !is_asked && area.touches_heights(low_m, high_m)
         };
         let may_bar = rule.areas.iter().enumerate().map(may_bar).collect();

@@ -275,6 +275,11 @@ impl Permissions {
         true
     }
 
+    /// Tells the tower that the vehicle enters `area` without waiting for its answer, for this reason, and asks again.
+    pub(crate) fn announce_entry(&mut self, area: &str, why: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) {
+        self.send_request(area, why, by, limits, outbox);
+    }
+
     /// The state of the request for a permission; sends the request again when the answer is overdue.
     pub(crate) fn asking(&mut self, now: Time, need: &PermissionNeed, limits: &Limits, outbox: &mut Outbox) -> Asking {
         let PermissionNeed { area, lasts } = need;
@@ -390,6 +395,10 @@ impl Permissions {
     }
 
     fn send(&mut self, area: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) {
+        self.send_request(area, "", by, limits, outbox);
+    }
+
+    fn send_request(&mut self, area: &str, entered_because: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) {
         self.last_request += 1;
         let request = v1::PermissionRequest {
             request_id: format!("mcm-{:x}-p{}", self.instance, self.last_request),
@@ -398,6 +407,7 @@ impl Permissions {
             latest_decision: self.belief.highest(),
             flight: self.flight().to_owned(),
             extent: self.belief.extent(area).map(Into::into),
+            entered_because: entered_because.to_owned(),
         };
         outbox.call(Purpose::Permission(area.to_owned()), Request::Permission(request), limits.permission_answer);
     }

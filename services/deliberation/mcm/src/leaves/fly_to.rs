@@ -6,12 +6,14 @@ use std::time::Duration;
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
 use domain::geometry::Ned;
+use domain::harm::Harm;
+use domain::site::SiteKind;
 use domain::skill::Goal;
 use domain::time::Time;
 use domain::way::{Found, MOST_LEGS};
 
 use super::skill_run::SkillRun;
-use crate::world::{Choice, OF_ITS_OWN, ResponseWay, Stay, WayOut, WhatMayBeEntered, World};
+use crate::world::{Choice, Down, OF_ITS_OWN, ResponseWay, Stay, WayOut, WhatMayBeEntered, World};
 
 /// The destination.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,7 +31,7 @@ pub(super) enum Destination {
     Ditch,
     /// Out of every area in which the vehicle must not be.
     OutOfArea,
-    /// Over the nearest place where no area forbids to come straight down.
+    /// Over the place where coming straight down harms least: here, aside, or a place to land at.
     FreeGround,
 }
 
@@ -150,7 +152,13 @@ impl FlyTo {
                 None => Err(NoWay::Anywhere("the vehicle's position is not known".into())),
             },
             Destination::FreeGround => {
-                world.way_to_free_ground().map(along).ok_or(NoWay::Anywhere("no free ground near".into()))
+                let none = NoWay::Anywhere("nowhere in reach would a landing harm less".into());
+                match world.least_harm() {
+                    (Harm::NONE, Down::Here) => Ok(along(Vec::new())),
+                    (_, Down::Here) => Err(none),
+                    (_, Down::Aside(way)) => Ok(along(way)),
+                    (_, Down::At(place)) => self.first_with_way(vec![place], height_m, world).ok_or(none),
+                }
             }
         }
     }
@@ -164,7 +172,7 @@ impl FlyTo {
                 place.unwrap_or("a place to land at")
             }
             Destination::OutOfArea => "out of the area",
-            Destination::FreeGround => "free ground",
+            Destination::FreeGround => place.unwrap_or("free ground"),
         };
         words.to_owned()
     }
@@ -174,14 +182,15 @@ impl FlyTo {
         if let Some(kept) = self.leg.as_ref().and_then(|leg| leg.site) {
             // A place beside a blocked one is in no list once the vehicle is on its way there.
             if self.destination == Destination::AlternateSite && places.iter().all(|it| it.position != kept) {
-                places.push(Choice { position: kept, words: "the place that was chosen".into(), asks: false });
+                let (kind, words) = (SiteKind::Landing, "the place that was chosen".into());
+                places.push(Choice { position: kept, kind, words, asks: false });
             }
             // The sort keeps the order of the others.
             places.sort_by_key(|it| it.position != kept);
         }
         let mut legs_left = MOST_LEGS;
         places.into_iter().find_map(|it| {
-            let Found { way, legs } = world.way_within(it.position, height_m, legs_left);
+            let Found { way, legs } = world.way_within((it.position, it.kind), height_m, legs_left);
             legs_left = legs_left.saturating_sub(legs);
             Some(Chosen { site: Some(it.position), way: way?, place: Some(it.words) })
         })
@@ -213,6 +222,17 @@ impl FlyTo {
         }
         if self.leg.as_ref().map_or_else(|| world.lands_where_it_is(), Leg::lands) {
             return Ok(self.land_at_once(vehicle.position, world, ports));
+        }
+        let height_m = world.transit_height_m(vehicle.position);
+        match self.destination(world) {
+            Destination::Home => world.enter_as_ordered(Ned::default(), height_m),
+            Destination::LandingSite => {
+                if let Some(site) = world.landing_site() {
+                    world.enter_as_ordered(site, world.clear_height_m(vehicle.position));
+                }
+            }
+            Destination::FreeGround => world.enter_rather_than_harm(),
+            Destination::AlternateSite | Destination::BestSite | Destination::Ditch | Destination::OutOfArea => {}
         }
         let Chosen { site, way, place } = match self.choose(vehicle.position, world) {
             Ok(chosen) => chosen,
@@ -355,7 +375,8 @@ impl FlyTo {
             return true;
         }
         leg.look_again = world.next_look();
-        if self.destination == Destination::BestSite && leg.site.is_some_and(|it| world.is_out_of_reach(it)) {
+        let may_change = matches!(self.destination, Destination::BestSite | Destination::FreeGround);
+        if may_change && leg.site.is_some_and(|it| world.is_out_of_reach(it)) {
             return true;
         }
         world.breach_towards(leg.target, leg.speed_limit_m_s).is_some()

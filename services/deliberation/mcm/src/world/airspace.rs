@@ -7,6 +7,7 @@ use domain::airspace::{Airspace, Breach, Clock, Grants, Motion};
 use domain::area::{Area, AreaKind};
 use domain::contingency::narrowing::Narrowing;
 use domain::geometry::Ned;
+use domain::harm::Harm;
 use domain::plan::Step;
 use domain::skill::Goal;
 use domain::speeds::Speeds;
@@ -15,7 +16,7 @@ use domain::trust::Source;
 
 use super::World;
 use super::places::SAME_SITE_M;
-use crate::permits::{Permits, held_for};
+use crate::permits::{Beyond, Permits, held_for};
 
 /// Time to brake and to turn before the way out is flown.
 const TURN: Duration = Duration::from_secs(5);
@@ -33,7 +34,7 @@ pub(crate) struct WhatMayBeEntered {
     areas: Arc<[Area]>,
     narrowing: Narrowing,
     comes_down: bool,
-    needs_held_areas: bool,
+    beyond: Beyond,
 }
 
 impl World {
@@ -52,7 +53,7 @@ impl World {
                 not_heard_yet: not_heard_yet.map(|it| it.name.clone()).collect(),
                 flying: self.is_flying(),
                 no_new_area: self.narrowing().no_new_area.is_some(),
-                needs_held: self.answer.needs_held_areas,
+                beyond: self.answer.beyond.clone(),
                 grants,
             }
         })
@@ -70,7 +71,7 @@ impl World {
             areas: self.planner.areas().clone(),
             narrowing: self.narrowing(),
             comes_down: self.comes_down(),
-            needs_held_areas: self.answer.needs_held_areas,
+            beyond: self.answer.beyond.clone(),
         }
     }
 
@@ -93,7 +94,7 @@ impl World {
     /// What is wrong with flying straight from `from`, in the air, to `to` now.
     pub(super) fn breach_on_way(&self, from: Ned, to: Ned, speed_m_s: f64) -> Option<Breach> {
         let speeds = Speeds { cruise_m_s: speed_m_s, ..self.setup.limits.flight.speeds };
-        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
+        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true, accepts: Harm::NONE };
         self.airspace(&self.permits().to_begin(), self.setup.limits.leave_lead).first_breach(from, to, motion)
     }
 
@@ -118,7 +119,8 @@ impl World {
             Goal::Release { .. } => (here.at_height(here.height_m().min(0.0)), Speeds::OF_A_LOAD),
             Goal::Stop | Goal::Velocity { .. } => return None,
         };
-        let motion = Motion { begins: Duration::ZERO, speeds, airborne: vehicle.flying };
+        let motion =
+            Motion { begins: Duration::ZERO, speeds, airborne: vehicle.flying, accepts: step.nominal.goal.accepts() };
         let permits = self.permits();
         // In the air the vehicle stops before an area: see `breach_at_rest`.
         let grants = if vehicle.flying { permits.to_stay() } else { permits.to_begin() };
@@ -192,6 +194,11 @@ impl World {
     pub(crate) fn landing_forbidden_by(&self, place: Ned) -> Option<&Arc<str>> {
         let (row, at) = (self.narrowing().no_landing_here?, self.landings.no_landing_at?);
         (place.horizontal_distance_m(at) < SAME_SITE_M).then(|| self.flags.name(row))
+    }
+
+    /// Why no landing may begin at `place`, if so.
+    pub(super) fn why_no_landing_at(&self, place: Ned) -> Option<String> {
+        Some(format!("no landing there while `{}` is up", self.landing_forbidden_by(place)?))
     }
 
     /// The permissions that a response could use from here on, also one that is not under way: it may enter everything that is held if it

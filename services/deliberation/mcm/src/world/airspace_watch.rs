@@ -8,6 +8,7 @@ use domain::area::{Area, AreaKind};
 use domain::contingency::{AREA_AHEAD, AREA_BREACHED, Phase};
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
+use domain::harm::Harm;
 use domain::plan::StepId;
 use domain::speeds::Speeds;
 use domain::time::Time;
@@ -170,7 +171,7 @@ impl World {
             here.down_m + velocity.down_m_s * share,
         );
         let speeds = Speeds::calm(speed_m_s, speed_m_s, speed_m_s);
-        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
+        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true, accepts: Harm::NONE };
         let grants = self.permits().to_continue();
         let breach = self.airspace(&grants, Duration::ZERO).first_breach(here, at_rest, motion)?;
         // One that is held and ends soon is left by its own rule.
@@ -179,8 +180,21 @@ impl World {
             .then(|| format!("at {speed_m_s:.1} m/s it comes to rest {way_m:.0} m on, inside area {}", breach.area))
     }
 
-    /// Asks for the permissions of areas around the vehicle that would expire before it has left them, and for those that were given before
-    /// the tower or this process was started.
+    /// The areas over home whose permission is held, and would expire before the vehicle is back.
+    fn due_to_come_back(&self, here: Ned) -> impl Iterator<Item = &Area> {
+        let home = Ned::default();
+        let speeds = self.limits_in_wind().speeds;
+        let back_s = speeds.time_along_s(here, &[home.at_height(here.height_m()), home]);
+        let back_by = with_turn(back_s).saturating_add(self.setup.limits.leave_lead + RENEWAL_LEAD);
+        self.areas_around(home).filter(move |area| {
+            area.kind == AreaKind::Permission
+                && self.permissions.holds(&area.name, self.now.time, Duration::ZERO)
+                && !self.permissions.holds(&area.name, self.now.time, back_by)
+        })
+    }
+
+    /// Asks for the permissions of areas around the vehicle that would expire before it has left them, and around home before it is back, and
+    /// for those that were given before the tower or this process was started.
     fn renew_permissions(&mut self, here: Ned) {
         let inside = self.areas_around(here).filter(|it| it.kind == AreaKind::Permission);
         let due = |area: &&Area| {
@@ -193,7 +207,8 @@ impl World {
             self.permissions.holds(&area.name, self.now.time, Duration::ZERO)
                 && !self.permissions.holds(&area.name, self.now.time, leave_by)
         };
-        let names: BTreeSet<String> = inside.filter(due).map(|it| it.name.clone()).collect();
+        let due = inside.filter(due).chain(self.due_to_come_back(here));
+        let names: BTreeSet<String> = due.map(|it| it.name.clone()).collect();
         let by = self.needed_by();
         for area in names {
             let why = self.permissions.why_to_confirm(&area, self.now.time).unwrap_or("before its permission expires");

@@ -4,7 +4,7 @@
 //! Without the planner: sites and objectives are those of the mission, which the manager keeps.
 
 use domain::airspace::Grants;
-use domain::alternates::{Alternate, Candidate, Charge, Merit, Viewpoint, Way, candidates, rank, to_divert_to};
+use domain::alternates::{Alternate, Candidate, Charge, Viewpoint, Way, candidates, rank, to_divert_to};
 use domain::decision::{DecisionKind, Rejected};
 use domain::energy::EnergyModel;
 use domain::geometry::Ned;
@@ -14,8 +14,7 @@ use domain::way::{FlightLimits, Found, MOST_LEGS};
 
 use super::places::SAME_SITE_M;
 use super::{WhatMayBeEntered, World};
-use crate::journal::{CONTINGENCY, Cause, Said};
-use crate::permits::held_for;
+use crate::journal::{CONTINGENCY, Said};
 
 /// A look ends after so many legs of ways, and each search in it after half of them: it runs in the loop that answers flags, twice a
 /// second. (Measured: 2 to 10 us for a leg.)
@@ -46,6 +45,8 @@ struct Look {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Choice {
     pub(crate) position: Ned,
+    /// What happens to the vehicle there.
+    pub(crate) kind: SiteKind,
     /// What it is.
     pub(crate) words: String,
     /// The way there took a permission that was not held.
@@ -53,21 +54,20 @@ pub(crate) struct Choice {
 }
 
 impl Choice {
-    fn of(alternate: &Alternate) -> Choice {
+    pub(super) fn of(alternate: &Alternate) -> Choice {
         let candidate = &alternate.candidate;
-        Choice { position: candidate.position, words: candidate.to_string(), asks: alternate.asks() }
+        let (position, words) = (candidate.position, candidate.to_string());
+        Choice { position, kind: candidate.kind, words, asks: alternate.asks() }
     }
 }
 
 impl World {
     /// Looks at the ways to as many places as the effort of one look suffices for: new ones first, then in turn.
-    pub(crate) fn look_at_alternates(&mut self) {
+    pub(super) fn look_at_alternates(&mut self) {
         let Some(vehicle) = self.seen.vehicle.filter(|it| it.flying) else {
             self.watch.alternates = Alternates::default();
-            self.need_held_areas(false);
             return;
         };
-        self.look_for_held_areas();
         let entered = self.what_may_be_entered();
         let is_same = self.watch.alternates.entered.as_ref() == Some(&entered);
         let mut looks: Vec<Look> = self
@@ -83,7 +83,7 @@ impl World {
         let view = self.viewpoint(vehicle.position, &grants, &limits, &energy);
         let (mut legs_left, mut next) = (LEGS_OF_A_LOOK, turn);
         for index in new.into_iter().chain(known) {
-            let Found { way, legs } = view.look_at(looks[index].candidate.position, LEGS_OF_A_LOOK / 2);
+            let Found { way, legs } = view.look_at(&looks[index].candidate, LEGS_OF_A_LOOK / 2);
             looks[index].way = Some(way);
             next = index + 1;
             legs_left = legs_left.saturating_sub(legs.max(1));
@@ -127,7 +127,11 @@ impl World {
         let measured =
             energy_wh.zip(usable_wh).and_then(|(needs, usable)| Measured::new(needs, usable, Unit::WattHour));
         let others = seen.iter().filter(|it| it.candidate.position != position).take(MOST_TOLD);
-        let why_not = |it: &Alternate| Rejected { what: it.candidate.to_string(), why: it.why_not_instead_of(chosen) };
+        let why_not = |it: &Alternate| {
+            let why = self.why_no_landing_at(it.candidate.position).or_else(|| it.why_not_instead_of(chosen));
+            let why = why.unwrap_or_else(|| self.why_no_way("no way there when it chose", it.candidate.position));
+            Rejected { what: it.candidate.to_string(), why }
+        };
         let said = said.rejecting(others.map(why_not).collect()).measuring(measured);
         let figures = chosen.figures(usable_wh);
         self.record(said.taking(place, figures));
@@ -150,6 +154,7 @@ impl World {
         let beside = if landings.is_empty() { self.places_beside(here) } else { Vec::new() };
         let beside = beside.into_iter().map(|position| Choice {
             position,
+            kind: SiteKind::Landing,
             words: format!("a place {:.0} m aside", position.horizontal_distance_m(here)),
             asks: false,
         });
@@ -170,10 +175,8 @@ impl World {
         let ranked = self.ranked_alternates();
         let barred = ranked.iter().map(|it| format!("{}: {}", it.candidate, what_bars(it)));
         let candidates = self.candidates();
-        let forbidden = candidates.iter().filter_map(|it| {
-            let flag = self.landing_forbidden_by(it.position)?;
-            Some(format!("{it}: no landing there while `{flag}` is up"))
-        });
+        let forbidden =
+            candidates.iter().filter_map(|it| Some(format!("{it}: {}", self.why_no_landing_at(it.position)?)));
         let told: Vec<String> = barred.chain(forbidden).take(MOST_BARRED).collect();
         format!("no place to land at can be reached: {}", told.join("; "))
     }
@@ -197,13 +200,13 @@ impl World {
     /// The landing that can be reached as the permissions are, and at which none has failed: while there is one, no vehicle is given up.
     pub(crate) fn landing_in_reach(&self) -> Option<String> {
         let ranked = self.ranked_alternates();
-        let is_sure = |it: &&Alternate| matches!(it.merit(), Merit::Landing | Merit::LandingOnReserve);
+        let is_sure = |it: &&Alternate| it.is_sure() && it.candidate.kind == SiteKind::Landing;
         ranked.iter().find(is_sure).map(|it| it.candidate.to_string())
     }
 
     /// Every candidate at which no flag forbids to land, best first. One that was not looked at under the present permissions is looked
     /// at now, as far as the effort suffices that any search of a response may take.
-    fn ranked_alternates(&self) -> Vec<Alternate> {
+    pub(super) fn ranked_alternates(&self) -> Vec<Alternate> {
         let Some(here) = self.seen.vehicle.map(|it| it.position) else { return Vec::new() };
         let is_same = self.watch.alternates.entered.as_ref() == Some(&self.what_may_be_entered());
         let grants = self.permits_of_responses();
@@ -211,7 +214,7 @@ impl World {
         let view = self.viewpoint(here, &grants, &limits, &energy);
         let mut legs_left = MOST_LEGS;
         let mut look = |candidate: &Candidate| {
-            let Found { way, legs } = view.look_at(candidate.position, legs_left.min(LEGS_OF_A_LOOK));
+            let Found { way, legs } = view.look_at(candidate, legs_left.min(LEGS_OF_A_LOOK));
             legs_left = legs_left.saturating_sub(legs);
             way
         };
@@ -252,7 +255,7 @@ impl World {
         Viewpoint {
             from: here,
             height_m: self.transit_height_m(here),
-            around: self.surroundings(grants, limits),
+            around: self.surroundings(grants, limits, SiteKind::Landing),
             energy,
             wind: self.wind(),
         }
@@ -261,45 +264,5 @@ impl World {
     fn candidates(&self) -> Vec<Candidate> {
         let objectives = self.planner.status().objectives.iter().map(|it| &it.objective);
         candidates(self.people.operator.landing_site, self.mission_sites(), objectives)
-    }
-
-    /// Lets a response that brings the vehicle down, and that no landing is in reach of otherwise, enter areas whose permission is held
-    /// although a flag forbids it: what was granted counts until it expires, and to ditch or to land anywhere is worse.
-    pub(super) fn look_for_held_areas(&mut self) {
-        if !self.comes_down() {
-            self.need_held_areas(false);
-            return;
-        }
-        if self.answer.needs_held_areas {
-            return;
-        }
-        let (held, usable) = (held_for(&self.permits().grants, self.setup.limits.permission_margin), self.enterable());
-        let areas: Vec<String> = held.into_iter().filter(|it| !usable.contains(it)).collect();
-        if areas.is_empty() || self.landing_in_reach().is_some() {
-            return;
-        }
-        self.need_held_areas(true);
-        let Some(place) = self.landing_in_reach() else {
-            self.need_held_areas(false);
-            return;
-        };
-        let (areas, row) = (areas.join(", "), self.narrowing().no_new_area);
-        let although = match row {
-            Some(row) => format!("`{}` is up", self.flags.name(row)),
-            None => "the tower has not decided about it again since the start".to_owned(),
-        };
-        let text =
-            format!("area {areas} may be entered although {although}: it is held, and else no landing can be reached");
-        let said = Said::new(CONTINGENCY, DecisionKind::Note, text);
-        let said = match row {
-            Some(row) => said.about(row).led_to_by(Cause::Raised(row)),
-            None => said.led_to_by(Cause::Response),
-        };
-        self.record(said.taking(place, "with the permissions that are held".to_owned()));
-    }
-
-    fn need_held_areas(&mut self, needs: bool) {
-        self.answer.needs_held_areas = needs;
-        self.answer.permits.take();
     }
 }

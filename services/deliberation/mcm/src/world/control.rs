@@ -8,6 +8,7 @@
 use domain::contingency::{AUTOPILOT_PREEMPTS, FRAME_MOVED, LEFT_TO_OTHERS, SOMEBODY_ELSE_FLIES};
 use domain::flight_state::status_limit;
 use domain::geodesy::Origin;
+use domain::geometry::Ned;
 use domain::time::Time;
 use domain::trust::Known;
 use domain::wire::InvalidMessage;
@@ -20,6 +21,9 @@ use crate::vehicle::{ConfirmedState, Vehicle};
 
 /// Origins nearer than this to each other are the same place. (ENG: less than the tolerance of any goal.)
 const SAME_ORIGIN_M: f64 = 1.0;
+
+/// A vehicle that stands farther from where it came to rest was carried, in metres. (ENG: more than an estimate wanders on the ground.)
+const CARRIED_M: f64 = 20.0;
 
 /// Why nothing is flown but a landing where the vehicle is.
 pub(crate) const OF_ITS_OWN: &str = "the autopilot flies a failsafe of its own";
@@ -223,6 +227,7 @@ impl World {
         if before != epoch || is_another {
             self.seen.confirmed = ConfirmedState::default();
             self.landings.blocked_sites.clear();
+            self.landings.rests_at = None;
             self.planner.withdraw("the autopilot's local frame moved");
             if self.mission.started_s.is_none() && !vehicle.flying {
                 // Nothing was planned in the frame before.
@@ -237,9 +242,29 @@ impl World {
             }
         } else if self.is_planned_elsewhere(origin) {
             self.planner.withdraw("the vehicle's local frame has its origin elsewhere");
+        } else if let Some(reason) = self.was_carried(&vehicle) {
+            self.raise(FRAME_MOVED, SELF, reason);
         } else if is_same == Some(true) && self.flags.is_up(FRAME_MOVED) {
             self.flags.condition_gone(FRAME_MOVED, SELF);
         }
+    }
+
+    /// Where `vehicle` stands although it came to rest elsewhere, before a takeoff: home, and all places, would be elsewhere than they were meant.
+    fn was_carried(&self, vehicle: &Vehicle) -> Option<String> {
+        if vehicle.flying || vehicle.armed || self.mission.over.is_some() || self.was_flying() {
+            return None;
+        }
+        let (from, words) = match self.landings.rests_at {
+            Some(at) => (at, "where it came down"),
+            None => (Ned::default(), "the take-off point of its local frame"),
+        };
+        let away_m = vehicle.position.horizontal_distance_m(from);
+        (CARRIED_M < away_m).then(|| {
+            format!(
+                "it stands {away_m:.0} m from {words}, and home and all places stay where they were: power it on again where it stands, or start \
+                 or resume to fly all the same"
+            )
+        })
     }
 
     /// Whether the present step was planned for a local frame with another origin than this one, by a mission for which that matters.
@@ -263,6 +288,7 @@ impl World {
         self.lower(FRAME_MOVED);
         let present = self.seen.vehicle.map(|it| Frame { epoch: it.frame_epoch, origin: it.origin });
         self.control.frame = present.map(|it| Known::live(it, self.now.time));
+        self.landings.rests_at = self.seen.vehicle.map(|it| it.position);
         Ok(true)
     }
 

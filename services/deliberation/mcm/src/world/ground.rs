@@ -22,6 +22,7 @@ impl World {
         let same = self.seen.flies.filter(|it| it.is_live() && it.value == is_flying);
         self.seen.flies = same.or(Some(Known::live(is_flying, self.now.time)));
         if is_flying {
+            self.landings.rests_at = Some(vehicle.position);
             // Near the ground a land detector that bounces looks like a flight.
             if !self.is_near_ground() {
                 self.landings.unplanned = None;
@@ -33,6 +34,8 @@ impl World {
                 self.monitor.news.of_monitor.lifts_off();
             }
         } else if was_flying && self.is_on_ground() {
+            // After a restart nobody has seen where it came down.
+            self.landings.rests_at.get_or_insert(vehicle.position);
             self.touched_down();
         }
         let since = |before: Option<Time>, holds: bool| before.or(Some(self.now.time)).filter(|_| holds);

@@ -27,7 +27,7 @@ use crate::config::Limits;
 use crate::flags::Flags;
 use crate::journal::{Entry, Journal, Said};
 use crate::outbox::Outbox;
-use crate::permits::Permits;
+use crate::permits::{Beyond, Permits};
 use crate::vehicle::{ConfirmedState, FlightJudge, Vehicle};
 
 mod airspace;
@@ -40,6 +40,7 @@ mod crash;
 mod decision;
 mod energy;
 mod ground;
+mod harm;
 mod intake;
 mod limits;
 mod memory;
@@ -71,6 +72,7 @@ use control::Control;
 pub(crate) use control::OF_ITS_OWN;
 use crash::Crash;
 use decision::Decided;
+pub(crate) use harm::Down;
 use memory::Memory;
 use mission_requests::MissionRequests;
 pub(crate) use narrowing::{Barrier, NarrowedGoal};
@@ -160,8 +162,8 @@ struct Answer {
     response: Option<ActiveResponse>,
     /// Where it flies, with its row.
     response_way: Option<(usize, ResponseWay)>,
-    /// It has no landing in reach without areas that are held and that a flag forbids to enter: it may enter them.
-    needs_held_areas: bool,
+    /// What it enters although it is not permitted.
+    beyond: Beyond,
     /// A transition action flies.
     in_transition: bool,
 }
@@ -178,6 +180,8 @@ struct Landings {
     crash: Option<Crash>,
     /// Where landings have failed.
     blocked_sites: Vec<Ned>,
+    /// Where the vehicle has come to rest since its local frame is this one; `None`: nowhere but at its origin.
+    rests_at: Option<Ned>,
 }
 
 /// What people have ordered, and what they have uploaded.

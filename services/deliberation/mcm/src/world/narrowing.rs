@@ -7,6 +7,7 @@ use domain::airspace::{Breach, Motion};
 use domain::contingency::Phase;
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
+use domain::harm::Harm;
 use domain::route::WORTH_FLYING_M;
 use domain::skill::Goal;
 use domain::speeds::Speeds;
@@ -81,7 +82,7 @@ impl World {
             }
             Goal::Takeoff { .. } | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } => return None,
         };
-        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
+        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true, accepts: Harm::NONE };
         let grants = self.permits().to_begin();
         let breach = self.airspace(&grants, self.setup.limits.leave_lead).first_breach(here, to, motion)?;
         let at = match goal {

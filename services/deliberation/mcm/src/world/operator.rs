@@ -5,7 +5,6 @@
 //! gets the answer to the first one and does nothing.
 
 use std::collections::BTreeSet;
-use std::fmt::Write as _;
 
 use domain::contingency::{
     Clears, FRAME_MOVED, LEFT_TO_OTHERS, OPERATOR_ABORT as ABORT, OPERATOR_LAND as LAND, OPERATOR_PAUSE as PAUSE,
@@ -162,7 +161,8 @@ impl World {
 
     fn abort(&mut self, order: Order) -> Outcome {
         if self.may_fly() {
-            return self.order(ABORT, order, "lands here and ends the mission");
+            let does = self.landing_in_words(order.overrides);
+            return self.order(ABORT, order, &does);
         }
         self.refuse_if_over()?;
         self.order(ABORT, order, "ends the mission on the ground")
@@ -200,7 +200,33 @@ impl World {
         match self.seen.vehicle.filter(|it| !it.flying) {
             Some(vehicle) => self.stay_down(vehicle.position, Ned::default(), order),
             // One that was not heard yet may be in the air; on the ground the order ends the mission there.
-            None => self.order(RETURN, order, "flies home, lands and ends the mission"),
+            None => {
+                let height_m = self.seen.vehicle.map_or(0.0, |it| self.transit_height_m(it.position));
+                let words = "flies home, lands and ends the mission".to_owned();
+                let words = words + &self.areas_in_words(Ned::default(), height_m, RETURN, order);
+                self.order(RETURN, order, &words)
+            }
+        }
+    }
+
+    /// What an order to come down at `site` does about areas whose permission is missing, as the end of a sentence; empty if there is a way, or
+    /// none with permissions either.
+    fn areas_in_words(&self, site: Ned, height_m: f64, flag: &str, order: Order) -> String {
+        let needed = match self.way_to(site, height_m) {
+            Some(_) => BTreeSet::new(),
+            None => self.needed_for_way(site, height_m),
+        };
+        let areas = needed.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+        match (needed.is_empty(), order.overrides) {
+            (true, _) => String::new(),
+            (false, true) => format!("; enters {areas} without permission, which the only way leads through"),
+            (false, false) => {
+                let otherwise = self.what_follows(flag);
+                format!(
+                    "; asks for {areas} first, which the only way leads through; if refused: {otherwise}; order it with override to \
+                     enter without permission"
+                )
+            }
         }
     }
 
@@ -223,9 +249,8 @@ impl World {
             return Err(format!("the place is too far: the way {shortfall}"));
         }
         let height_m = self.clear_height_m(vehicle.position);
-        let has_way = self.way_to(site, height_m).is_some();
-        let needed = if has_way { BTreeSet::new() } else { self.needed_for_way(site, height_m) };
-        if !has_way && needed.is_empty() {
+        let areas = self.areas_in_words(site, height_m, LAND, order);
+        if areas.is_empty() && self.way_to(site, height_m).is_none() {
             return Err("there is no way to that place that keeps out of areas that may not be entered".into());
         }
         let is_another = self.people.operator.landing_site.replace(site) != Some(site);
@@ -233,13 +258,8 @@ impl World {
             // It is not the same order again if it names another place.
             self.lower(LAND);
         }
-        let mut words = format!("flies to ({:.0}, {:.0}), lands there and ends the mission", site.north_m, site.east_m);
-        if !has_way {
-            let areas = needed.into_iter().collect::<Vec<_>>().join(", ");
-            let otherwise = self.what_follows(LAND);
-            let _ =
-                write!(words, "; asks for {areas} first, which the only way leads through; if refused: {otherwise}");
-        }
+        let words =
+            format!("flies to ({:.0}, {:.0}), lands there and ends the mission{areas}", site.north_m, site.east_m);
         self.order(LAND, order, &words)
     }
 

@@ -66,6 +66,7 @@ impl World {
             name: self.permissions.flight().to_owned(),
             in_air,
             lands_at: self.landings.by_plan.filter(|_| in_air).map(|it| it.value.into()),
+            rests_at: self.landings.rests_at.filter(|_| !in_air).map(Into::into),
             frame: self.mission_frame().map(Into::into),
             unplanned_landing: self.landings.unplanned.as_ref().map(|it| it.value.clone()).unwrap_or_default(),
             told: Some(v1::ToldByMonitor { flight_s: 0.0, ..self.monitor.told.to_wire(self.now.time) }),
@@ -111,11 +112,13 @@ impl World {
 
     fn resume_flight(&mut self, flight: v1::StoredFlight) -> Result<(), InvalidMessage> {
         let frame = flight.frame.map(Frame::try_from).transpose()?;
-        let lands_at = flight.lands_at.map(Ned::try_from).transpose()?;
+        let [lands_at, rests_at] = [flight.lands_at, flight.rests_at].map(|it| it.map(Ned::try_from));
+        let (lands_at, rests_at) = (lands_at.transpose()?, rests_at.transpose()?);
         self.permissions.go_on_with(flight.name);
         self.restore_frame(frame);
         self.seen.flies = Some(Known::restored(flight.in_air));
         self.landings.by_plan = lands_at.map(Known::restored);
+        self.landings.rests_at = rests_at.or(lands_at);
         let why = Some(flight.unplanned_landing).filter(|it| !it.is_empty());
         self.landings.unplanned = why.map(Known::restored);
         self.monitor.told = Told::remembered(flight.told.unwrap_or_default());

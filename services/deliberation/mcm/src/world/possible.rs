@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use domain::contingency::Severity;
 use domain::contingency::needs::{Need, missing};
-use domain::contingency::{Action, Severity};
 
 use super::World;
 use crate::flags::age_s;
@@ -40,18 +40,5 @@ impl World {
         let rows = self.setup.table.rows();
         let row = self.flags.rows_up().find(|row| rows[*row].takes_away() == Some(Need::Position))?;
         Some(self.flags.name(row))
-    }
-
-    /// Why the vehicle does not land here, in or over an area that forbids it: an action that comes later in the response flies to a
-    /// landing that can be reached. `None`: it lands here.
-    pub(crate) fn why_land_elsewhere(&self) -> Option<String> {
-        let ([_, later @ ..], Some(vehicle)) = (self.actions_left(), self.seen.vehicle) else { return None };
-        let flies = |it: &Action| it.needs.contains(&Need::Position);
-        if !later.iter().any(flies) || self.position_is_missing().is_some() {
-            return None;
-        }
-        let areas = self.areas_that_forbid_landing(vehicle.position);
-        let place = self.landing_in_reach().filter(|_| !areas.is_empty())?;
-        Some(format!("no landing in or over {}: {place} can be reached", areas.join(", ")))
     }
 }

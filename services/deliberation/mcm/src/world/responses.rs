@@ -18,6 +18,7 @@ use super::{Stay, World};
 use crate::clients::skills::Handle;
 use crate::flags::age_s;
 use crate::journal::{CONTINGENCY, Cause, Entry, Passed, Said};
+use crate::permits::Beyond;
 
 /// The pause before the next try of a response, by the number of failed tries. (ENG: none before the second try, since
 /// a command may have been lost; later long enough that the table's other actions get their turn within seconds.)
@@ -94,6 +95,7 @@ impl World {
             left_since: None,
             has_flown: false,
         });
+        self.go_beyond(Beyond::Nowhere);
         let phase = self.flight_phase();
         // One that only slows is in force beside it.
         let others = self.flags.rows_up().filter(|it| *it != row && !self.setup.table.rows()[*it].only_slows());

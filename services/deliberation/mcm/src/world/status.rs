@@ -39,6 +39,7 @@ struct Headline {
     proposed: Option<u64>,
     acknowledged: usize,
     uninspected_crash: String,
+    entered: Vec<String>,
 }
 
 impl Reporter {
@@ -123,6 +124,7 @@ impl World {
             proposed: self.planner.request().proposal().map(|(plan, _)| plan.revision),
             acknowledged: self.flags.iter().filter(|(_, flag)| flag.acknowledged_by.is_some()).count(),
             uninspected_crash: self.uninspected_crash().unwrap_or_default().to_owned(),
+            entered: self.entered_without_permission(),
         }
     }
 
@@ -165,6 +167,7 @@ impl World {
             awaited: self.permissions.awaited(self.now.time, &self.setup.limits),
             told: Some(self.monitor.told.to_wire(self.now.time)),
             uninspected_crash: headline.uninspected_crash.clone(),
+            entered_without_permission: headline.entered.clone(),
             ..v1::McmStatus::default()
         }
     }

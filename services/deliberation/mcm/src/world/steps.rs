@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use domain::contingency::{LEFT_TO_OTHERS, Severity};
+use domain::contingency::LEFT_TO_OTHERS;
 use domain::decision::DecisionKind;
 use domain::fmu::Gripper;
 use domain::geometry::Ned;
@@ -73,7 +73,7 @@ impl World {
             Some(row) => {
                 let (flag, row) = (self.flags.name(row), &self.setup.table.rows()[row]);
                 let is_of_others = LEFT_TO_OTHERS.contains(&row.flag.as_str());
-                let only_holds = is_of_others || (row.severity() == Severity::Hold && !takes_off);
+                let only_holds = is_of_others || (row.only_holds() && !takes_off);
                 (["interrupted by `", flag, "`"].concat(), !is_order(flag) && !only_holds)
             }
             None => ("interrupted".to_owned(), true),

@@ -7,16 +7,17 @@ use domain::airspace::{Grants, latest};
 use domain::area::{Area, AreaKind};
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
+use domain::harm::Harm;
 use domain::mission::unfit_landing_site;
+use domain::site::SiteKind;
 use domain::way::{self, FlightLimits, Found, Leaving, MOST_LEGS, Surroundings};
 
 use super::World;
-use super::control::OF_ITS_OWN;
 use crate::journal::{Cause, Said};
 
 /// A landing where the vehicle is goes this far aside, in seconds of flight, to come down where no area forbids it. (ENG: 4 % of
 /// the battery; what is below 10 % lasts for more than two minutes.)
-const FREE_GROUND_LIMIT_S: f64 = 60.0;
+pub(super) const FREE_GROUND_LIMIT_S: f64 = 60.0;
 
 fn length_m(from: Ned, way: &[Ned]) -> f64 {
     std::iter::once(&from).chain(way).zip(way).map(|(a, b)| a.distance_m(*b)).sum()
@@ -87,12 +88,13 @@ impl World {
         unfit_landing_site(site, self.planner.areas().iter().filter(applies))
     }
 
-    /// The points to fly to, the last one over ground where no area forbids to land; empty if that is here, `None` if there is none
-    /// within [`FREE_GROUND_LIMIT_S`].
-    pub(crate) fn way_to_free_ground(&self) -> Option<Vec<Ned>> {
+    /// The points to fly to, the last one over ground where no area forbids to land, and that harms no more than this; empty if that is
+    /// here, `None` if there is none within [`FREE_GROUND_LIMIT_S`].
+    pub(super) fn way_to_ground(&self, accepts: Harm) -> Option<Vec<Ned>> {
         let here = self.seen.vehicle?.position;
-        let (grants, limits) = (self.permits().to_begin(), self.flight_limits());
-        let way = way::way_to_free_ground(here, &self.airspace(&grants, self.setup.limits.leave_lead), &limits)?;
+        let (grants, limits) = (self.permits().to_land(), self.flight_limits());
+        let airspace = self.airspace(&grants, self.setup.limits.leave_lead);
+        let way = way::way_to_ground(here, accepts, &airspace, &limits)?;
         (limits.speeds.time_along_s(here, &way) <= FREE_GROUND_LIMIT_S).then_some(way)
     }
 
@@ -102,33 +104,18 @@ impl World {
         barred.into_iter().filter(|it| it.is_at_or_below(here)).map(|it| it.name.clone()).collect()
     }
 
-    /// Records which areas forbid a landing where the vehicle is, and whether it flies aside first.
-    pub(crate) fn say_what_forbids_landing(&mut self, flies_aside: bool) {
-        let Some(here) = self.seen.vehicle.map(|it| it.position) else { return };
-        let areas = self.areas_that_forbid_landing(here).join(", ");
-        let text = match (areas.is_empty(), flies_aside) {
-            (true, true) => "no landing here: an area below is about to apply; flies aside first".to_owned(),
-            (false, true) => format!("no landing here, in or over {areas}: flies aside first"),
-            (true, false) => format!("{}: lands where it is", self.why_not_aside()),
-            (false, false) => format!("{}: lands where it is, in or over {areas}", self.why_not_aside()),
-        };
-        self.say("contingency", text);
-    }
-
-    fn why_not_aside(&self) -> String {
-        match self.is_left_to_autopilot() {
-            true => OF_ITS_OWN.to_owned(),
-            false => format!("no free ground within {FREE_GROUND_LIMIT_S} s"),
-        }
-    }
-
     /// The permissions without which there is no way to `to`, if there is one with them.
     pub(super) fn needed_for_way(&self, to: Ned, preferred_height_m: f64) -> BTreeSet<String> {
         let Some(here) = self.seen.vehicle.map(|it| it.position) else { return BTreeSet::new() };
         let permits = self.permits();
         let held = permits.to_begin();
         let limits = self.flight_limits();
-        let found = self.surroundings(&held, &limits).way_if_granted(here, to, preferred_height_m, MOST_LEGS);
+        let found = self.surroundings(&held, &limits, SiteKind::Landing).way_if_granted(
+            here,
+            to,
+            preferred_height_m,
+            MOST_LEGS,
+        );
         let mut needs = found.way.map(|it| it.needs).unwrap_or_default();
         // What a flag forbids is waited for, not asked for.
         needs.retain(|area| !permits.is_only_forbidden(area));
@@ -152,20 +139,30 @@ impl World {
 
     /// The points to fly to, the last one over `to`, preferably at this height; `None` if there is no way.
     pub(crate) fn way_to(&self, to: Ned, preferred_height_m: f64) -> Option<Vec<Ned>> {
-        self.way_within(to, preferred_height_m, MOST_LEGS).way
+        self.way_within((to, SiteKind::Landing), preferred_height_m, MOST_LEGS).way
     }
 
     /// The same with limited effort.
-    pub(crate) fn way_within(&self, to: Ned, preferred_height_m: f64, most_legs: u32) -> Found<Vec<Ned>> {
+    pub(crate) fn way_within(
+        &self,
+        (to, kind): (Ned, SiteKind),
+        preferred_height_m: f64,
+        most_legs: u32,
+    ) -> Found<Vec<Ned>> {
         let Some(here) = self.seen.vehicle.map(|it| it.position) else { return Found { way: None, legs: 0 } };
         let (grants, limits) = (self.permits().to_begin(), self.flight_limits());
-        self.surroundings(&grants, &limits).way_within(here, to, preferred_height_m, most_legs)
+        self.surroundings(&grants, &limits, kind).way_within(here, to, preferred_height_m, most_legs)
     }
 
-    /// What ways without a plan are searched among.
-    pub(super) fn surroundings<'a>(&'a self, grants: &'a Grants, limits: &'a FlightLimits) -> Surroundings<'a> {
+    /// What ways without a plan are searched among, to a place of this kind.
+    pub(super) fn surroundings<'a>(
+        &'a self,
+        grants: &'a Grants,
+        limits: &'a FlightLimits,
+        ends_at: SiteKind,
+    ) -> Surroundings<'a> {
         let airspace = self.airspace(grants, self.setup.limits.leave_lead);
-        Surroundings { airspace, map: self.planner.area_map(), limits }
+        Surroundings { airspace, map: self.planner.area_map(), limits, ends_at }
     }
 
     /// `why`, and what is in the way to `site`.

@@ -1,5 +1,6 @@
 //! An operator's orders in each state, and what follows.
 
+use domain::skill::Goal;
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::FlightMode::{Land, Loiter, Offboard};
 use kittiwake_proto::v1::SkillOutcome::Succeeded;
@@ -52,7 +53,13 @@ fn in_state(state: State) -> Rig {
         State::OnTheGround => Rig::new(),
         State::Delivering => {
             let mut rig = Rig::new();
-            rig.vehicle(false, Loiter, (0.0, 500.0, 0.0));
+            rig.plan(plan(&[step(1, fly(500.0), &[]), step(2, Goal::Land, &[])]));
+            rig.execute();
+            rig.vehicle(true, Offboard, (0.0, 500.0, 10.0));
+            rig.end_present(Succeeded);
+            rig.execute();
+            rig.vehicle(false, Land, (0.0, 500.0, 0.0));
+            rig.end_present(Succeeded);
             rig
         }
         State::LandedUnplanned => {
@@ -308,7 +315,7 @@ fn an_order_into_an_area_asks_for_its_permission_and_says_so() {
     let mut rig = before_area(v1::AreaKind::Permission, None);
     let reply = rig.command(land_at(0.0, 65.0));
     let text = "flies to (0, 65), lands there and ends the mission; asks for A first, which the only way leads through; \
-                if refused: land_elsewhere, else land";
+                if refused: land_elsewhere, else land; order it with override to enter without permission";
     assert_eq!(reply, v1::OperatorReply { done: true, text: text.into() });
     assert_eq!(rig.story(), "ask A\nstart stop, giving up 1");
 }

@@ -113,7 +113,7 @@ fn a_crash_counts_in_every_mission_until_the_vehicle_was_inspected() {
     let mut rig = rig.started_again();
     rig.vehicle(false, Loiter, (0.0, 50.0, 0.0));
     rig.wait(60.0);
-    assert_eq!(rig.story(), "", "it asks for no plan");
+    assert!(!rig.story().contains("replan"), "it asks for no plan");
     assert_eq!(rig.status().uninspected_crash, "`crashed`: by hand");
     let reply = rig.command(Verb::Start(v1::StartMission {}));
     let first = "the vehicle has crashed: inspect it, then order `inspected`";
@@ -127,7 +127,7 @@ fn a_crash_counts_in_every_mission_until_the_vehicle_was_inspected() {
     assert_eq!((rig.status().uninspected_crash.as_str(), rig.status().report.is_some()), ("", false));
     assert!(!rig.command(Verb::Inspected(v1::Inspected {})).done, "it was inspected");
     rig.wait(60.0);
-    assert_eq!(rig.story(), "", "an operator starts it");
+    assert!(!rig.story().contains("replan"), "an operator starts it");
     assert!(rig.command(Verb::Start(v1::StartMission {})).done);
     rig.wait(1.0);
     assert_eq!(rig.story(), "replan after 0 () []");

@@ -191,6 +191,19 @@ fn the_load_falls_through_no_area_without_its_permission() {
     assert!(objectives.starts_with("buoy: failure (") && objectives.contains("dock"), "{objectives}");
 }
 
+#[test]
+fn a_load_may_fall_into_water_and_not_among_people() {
+    let over = |ground: &str| {
+        let sea = area("sea", "no-landing", [150.0, 250.0], ground);
+        let mut story = Story::of(&format!("{}{sea}", text(&[&buoy(60.0, "drop = true"), BACK])));
+        story.plan()
+    };
+    assert!(over("ground = \"water\"").contains("release over 0 200"));
+    for among_people in ["ground = \"people\"", ""] {
+        assert!(!over(among_people).contains("release"), "{among_people}");
+    }
+}
+
 /// From 60 m it is at the ceiling, with its margin, after 3.8 s, and on the ground after 6 s; the vehicle would take 40 s.
 #[test]
 fn what_is_below_is_judged_by_the_time_that_the_load_falls() {

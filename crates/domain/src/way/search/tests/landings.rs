@@ -1,6 +1,7 @@
 //! Ways of responses: up or down first, level past what is in the way, and straight down at the end, all at their times.
 
 use super::*;
+use crate::site::SiteKind;
 use crate::way::{MOST_LEGS, Surroundings};
 
 fn at(north_m: f64, east_m: f64, height_m: f64) -> Ned {
@@ -124,7 +125,7 @@ fn a_way_home_among_hundreds_of_areas_is_found_at_little_cost() {
         lead: Duration::from_secs(30),
         vertical_margin_m: 2.0,
     };
-    let around = Surroundings { airspace, map: &map, limits: &LIMITS };
+    let around = Surroundings { airspace, map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
     let from = at(6500.0, 6600.0, 15.0);
     let found = around.way_within(from, Ned::default(), 15.0, MOST_LEGS);
     let way = found.way.expect("there is a way");
