@@ -201,6 +201,12 @@ impl Permissions {
         self.belief.areas().filter_map(|area| Some((area.clone(), self.belief.remaining(area, now)?))).collect()
     }
 
+    /// What the tower has denied or revoked last.
+    pub(crate) fn closed(&self) -> Vec<v1::ClosedArea> {
+        let closed = self.belief.closed();
+        closed.map(|(area, decision)| v1::ClosedArea { area: area.to_owned(), decision }).collect()
+    }
+
     /// Counts decisions that changed something, so that a plan that waits for one notices it.
     pub(crate) fn revision(&self) -> u64 {
         self.revision
