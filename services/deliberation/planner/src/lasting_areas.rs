@@ -16,7 +16,7 @@ use domain::time::Now;
 use crate::mission_planner::origin::{Misfit, misfit};
 use crate::mission_request::Refusal;
 
-/// The areas that the control tower has denied or revoked last, each with the number of that decision, which is its time.
+/// The areas that the control tower has denied or revoked last, or may have, each with the number of that decision, which is its time.
 pub(crate) type Closed = BTreeMap<String, u64>;
 
 /// Places that differ by no more are the same, in metres. (The page writes a mission to a centimetre.)
@@ -128,14 +128,8 @@ fn is_same(a: &Area, b: &Area) -> bool {
 }
 
 fn another_of_the_name(area: &Area, source: &Feed) -> String {
-    let (name, of) = (
-        &area.name,
-        match source.name.as_str() {
-            TOWER => "the control tower has closed".to_owned(),
-            feed => format!("feed `{feed}` has set"),
-        },
-    );
-    format!("area `{name}` is another one than {of}: leave it as it is, or give it another name")
+    let of = if source.is_data_set() { format!("feed `{}`", source.name) } else { "the control tower".to_owned() };
+    format!("area `{}` is another one than that of {of}: leave it as it is, or give it another name", area.name)
 }
 
 /// A mission has no more areas and corners than one file may have.

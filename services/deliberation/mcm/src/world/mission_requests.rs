@@ -75,7 +75,7 @@ impl World {
             ends: self.ending().unwrap_or_default(),
             is_flown: self.report().is_none() && !next_waits,
             next_waits,
-            closed: self.permissions.closed(),
+            closed: self.closed(),
         };
         self.people.requests.last += 1;
         let mission = self.planner.mission();
@@ -94,7 +94,7 @@ impl World {
             Ok(_) => return self.answer(open.token, refused("the planner has answered something else".to_owned())),
             Err(error) => return self.answer(open.token, refused(format!("the planner {error}"))),
         };
-        let has_changed = open.version != self.planner.mission().version() || open.closed != self.permissions.closed();
+        let has_changed = open.version != self.planner.mission().version() || open.closed != self.closed();
         let is_outdated = edited.mission.is_some() && has_changed;
         if (is_outdated || edited.areas_unknown) && open.tries < MOST_TRIES {
             if edited.areas_unknown {
@@ -115,6 +115,11 @@ impl World {
             self.people.requests.answers.remember(open.request.request_id, reply.clone());
         }
         self.answer(open.token, reply);
+    }
+
+    /// The areas that no upload leaves out because of the tower.
+    fn closed(&self) -> Vec<v1::ClosedArea> {
+        self.permissions.closed(self.planner.areas())
     }
 
     /// The mission is changed as the planner says, if it is.

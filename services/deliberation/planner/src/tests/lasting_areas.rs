@@ -42,7 +42,7 @@ fn check(present: &str, text: &str, expected: &str, areas: &str) {
 #[test]
 fn no_upload_leaves_out_what_the_tower_has_closed() {
     let with_a = |east_m, kind, more| home(&area("A", kind, east_m, more));
-    let (taken, other) = ("takes the place of", "area `A` is another one than the control tower has closed");
+    let (taken, other) = ("takes the place of", "area `A` is another one than that of the control tower");
     check(REFERENCE, &home(""), "; not listed, and stays: A", "A (control tower)");
     check(REFERENCE, &with_a([110.0, 290.0], "permission", ""), taken, "A (control tower)");
     // To a centimetre, as the page writes it.
@@ -89,7 +89,7 @@ fn only_a_later_edition_replaces_what_a_data_set_has_set() {
     let early = zone("2025-07-01", "Y").replace("issued_utc", "valid_from_utc = \"2026-01-02T00:00:00Z\"\nissued_utc");
     check(&present, &home(&early), stays, "Y (z.json), A (control tower), Z (z.json)");
     let moved = format!("{}{}", feed("2025-06-01"), of_feed("Z", [710.0, 800.0], ""));
-    check(&present, &home(&moved), "area `Z` is another one than feed `z.json` has set", "A, B, Z (z.json)");
+    check(&present, &home(&moved), "area `Z` is another one than that of feed `z.json`", "A, B, Z (z.json)");
     let moved = format!("{}{}", feed("2025-07-01"), of_feed("Z", [710.0, 800.0], ""));
     check(&present, &home(&moved), "stays: A", "Z (z.json), A (control tower)");
 }
