@@ -119,11 +119,10 @@ fn is_same(a: &Area, b: &Area) -> bool {
     let same_ring = |(a, b): (&[Ned], &[Ned])| {
         a.len() == b.len() && a.iter().zip(b).all(|(a, b)| near(a.north_m, b.north_m) && near(a.east_m, b.east_m))
     };
-    let same_rings = a.holes.len() == b.holes.len() && a.rings().zip(b.rings()).all(same_ring);
+    let same_rings = || a.holes.len() == b.holes.len() && a.rings().zip(b.rings()).all(same_ring);
+    let same_heights = same_height(a.floor_m, b.floor_m) && same_height(a.ceiling_m, b.ceiling_m);
     a.kind == b.kind
-        && same_rings
-        && same_height(a.floor_m, b.floor_m)
-        && same_height(a.ceiling_m, b.ceiling_m)
+        && (a.extent() == b.extent() || same_heights && same_rings())
         && (a.from_utc_ms, a.until_utc_ms, &a.hours) == (b.from_utc_ms, b.until_utc_ms, &b.hours)
 }
 
