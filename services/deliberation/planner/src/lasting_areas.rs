@@ -133,7 +133,8 @@ fn another_of_the_name(area: &Area, source: &Feed) -> String {
 
 /// A mission has no more areas and corners than one file may have.
 fn within_bounds(mission: &Mission) -> Result<(), Refusal> {
-    let (areas, corners) = (mission.areas.len(), mission.areas.iter().flat_map(Area::rings).map(<[_]>::len).sum());
+    let areas = mission.areas.len();
+    let corners: usize = mission.areas.iter().flat_map(Area::rings).map(<[_]>::len).sum();
     if MOST_AREAS < areas || MOST_CORNERS < corners {
         return Err(Refusal::new(format!(
             "the mission would have {areas} areas with {corners} corners, at most {MOST_AREAS} with {MOST_CORNERS} are allowed"

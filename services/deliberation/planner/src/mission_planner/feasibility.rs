@@ -70,7 +70,12 @@ impl MissionPlanner {
         for (name, reason) in &forecast.left_out {
             self.objectives.give_up_named(name, reason);
         }
-        forecast.not_flown()
+        let not_flown = forecast.not_flown()?;
+        let required = forecast.objectives.iter().filter(|it| it.worth.is_none());
+        for (name, reason) in required.filter_map(|it| Some((&it.objective, it.unreachable.as_ref()?))) {
+            self.objectives.give_up_named(name, reason);
+        }
+        Some(not_flown)
     }
 
     /// The objective that must be given up for `steps` to the current one to be flown, which may be that one, and why.
