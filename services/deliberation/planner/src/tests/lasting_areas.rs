@@ -59,19 +59,19 @@ fn no_upload_leaves_out_what_the_tower_has_closed() {
 fn what_the_tower_has_closed_stays_until_it_opens_it_however_many_uploads_follow() {
     let mut story = Story::under_way(REFERENCE);
     story.closed = closed("A");
-    let areas = |story: &Story| story.status().areas.iter().map(|it| it.name.clone()).collect::<Vec<_>>().join(" ");
+    let areas = |story: &mut Story| story.status().areas.iter().map(|it| it.name.clone()).collect::<Vec<_>>().join(" ");
     for text in [home(""), KEEP_OUT.to_owned(), home("")] {
         let reply = story.ask(upload(&text));
-        assert!(reply.accepted && areas(&story).contains('A'), "{}", reply.text);
+        assert!(reply.accepted && areas(&mut story).contains('A'), "{}", reply.text);
     }
     // The next edition of a data set does not open it either.
     let edition = format!("name = \"x\"\n{}", feed("2026-01-01"));
     let reply = story.ask(Ask::AdoptAirspace(v1::MissionText { text: edition, wind: None }));
     assert!(reply.accepted, "{}", reply.text);
-    assert_eq!(areas(&story), "A");
+    assert_eq!(areas(&mut story), "A");
     story.closed.clear();
     assert!(story.ask(upload(&home(""))).accepted);
-    assert_eq!(areas(&story), "");
+    assert_eq!(areas(&mut story), "");
 }
 
 #[test]
