@@ -2,6 +2,7 @@
 //!
 //! The planner replaces the areas that came from feeds, and nothing else: its objectives stay as they are, with what was reached.
 
+use domain::feed::Feed;
 use domain::file::Source;
 use domain::geodesy::Origin;
 use domain::mission::feeds::Airspace;
@@ -33,7 +34,8 @@ pub(super) fn adopt(
 ) -> Result<Done, Failure> {
     let imports = read_all(&args.feeds.files)?;
     let gateway = gateway()?;
-    let present = status(gateway.read(&["mission"])?)?;
+    let mut present = status(gateway.read(&["mission"])?)?;
+    present.feeds.retain(Feed::is_data_set);
     let origin = present.origin.ok_or_else(|| {
         let why = "the mission in flight has no origin, so nobody knows where it lies among the zones";
         Failure::bad_input(format!("{why}: upload one that has"))

@@ -22,6 +22,10 @@ pub enum AreaKind {
 /// below the least height of a flight, 5 m; it reaches down as far as there is ground.)
 pub const NO_LANDING_TO_M: f64 = 3.0;
 
+/// How far north, south, east and west of the origin areas reach, in metres: what lies all round something goes on to there. (A mission
+/// file takes corners to 200 km, and those of this square are at 198 km.)
+pub const AREAS_END_M: f64 = 140_000.0;
+
 /// Where an area is, as a grant names it: no other area of the same name has the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extent {

@@ -4,6 +4,9 @@
 
 use crate::time::utc_text;
 
+/// The name of the feed of the areas that stay in a mission because the control tower has closed them. No data set has it.
+pub const TOWER: &str = "control tower";
+
 /// An edition of a data set. All but the name may be unknown.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Feed {
@@ -22,6 +25,11 @@ pub struct Feed {
 }
 
 impl Feed {
+    /// Whether it is a data set, not what the tower has closed.
+    pub fn is_data_set(&self) -> bool {
+        self.name != TOWER
+    }
+
     /// Its name and its edition, such as "feed zones.json of FOCA, issued 2026-05-01T00:00:00Z".
     pub fn in_words(&self) -> String {
         let mut text = format!("feed `{}`", self.name);
@@ -35,6 +43,14 @@ impl Feed {
             moment("valid until", self.valid_until_utc_ms),
         ];
         text + &moments.into_iter().flatten().collect::<String>()
+    }
+
+    /// Whether it is a later edition than `other`, and one to be used at this moment of UTC.
+    pub fn renews(&self, other: &Feed, utc_ms: i64) -> bool {
+        let is_later = |mine: Option<i64>, its: Option<i64>| Some(its? < mine?);
+        let by_issue = is_later(self.issued_utc_ms, other.issued_utc_ms);
+        let is_later = by_issue.or_else(|| is_later(self.valid_from_utc_ms, other.valid_from_utc_ms));
+        self.name == other.name && is_later == Some(true) && self.out_of_date(utc_ms).is_none()
     }
 
     /// Why it is not to be used at this moment of UTC, as a sentence; `None` if it is, or nobody knows.
@@ -71,6 +87,26 @@ mod tests {
         check(None, Some(5_000), "feed `z` is OUT OF DATE: it was valid until 1970-01-01T00:00:05Z");
         check(Some(6_000), None, "feed `z` is NOT VALID YET: it is valid from 1970-01-01T00:00:06Z");
         check(Some(1), Some(2), "feed `z` is OUT OF DATE");
+    }
+
+    #[test]
+    fn a_later_edition_that_is_in_use_renews_an_earlier_one() {
+        #[track_caller]
+        fn check(issued: [Option<i64>; 2], valid_from: [Option<i64>; 2], expected: bool) {
+            let of = |at: usize| Feed {
+                name: "z".into(),
+                issued_utc_ms: issued[at],
+                valid_from_utc_ms: valid_from[at],
+                ..Feed::default()
+            };
+            assert_eq!(of(1).renews(&of(0), 5_000), expected, "{issued:?} {valid_from:?}");
+            assert!(!Feed { name: "y".into(), ..of(1) }.renews(&of(0), 5_000));
+        }
+        check([Some(1), Some(2)], [None, None], true);
+        check([Some(2), Some(2)], [Some(1), Some(2)], false);
+        check([None, Some(2)], [Some(1), Some(2)], true);
+        check([Some(1), Some(2)], [None, Some(6_000)], false);
+        check([None, Some(2)], [None, None], false);
     }
 
     #[test]

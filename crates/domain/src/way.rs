@@ -307,13 +307,13 @@ pub fn footholds(point: Ned, areas: &[&Area], margin_m: f64) -> Vec<Ned> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::airspace::Grants;
     use crate::airspace::tests::{airspace, area, square};
     use crate::harm::Ground;
 
-    const LIMITS: FlightLimits = FlightLimits {
+    pub(crate) const LIMITS: FlightLimits = FlightLimits {
         speeds: Speeds::calm(10.0, 3.0, 1.5),
         least_height_m: 5.0,
         highest_m: 120.0,

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use domain::area::{Area, AreaKind};
+use domain::area::{AREAS_END_M, Area, AreaKind};
 use domain::geodesy::{LatLon, LocalFrame};
 use domain::geometry::Ned;
 use geo::{
@@ -32,8 +32,6 @@ const EARTH_M: f64 = 6_371_008.8;
 
 /// How far from the origin zones matter: as far as objectives may lie, in metres.
 pub(crate) const REACH_M: f64 = 100_000.0;
-/// Zones are cut off at this distance north, south, east and west, in metres; a mission file takes corners to 200 km.
-const CUT_M: f64 = 140_000.0;
 
 /// Which side of an outline is to be kept from: a polygon for a circle errs towards it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -184,7 +182,7 @@ pub(crate) fn hull(polygon: &Polygon<f64>) -> Polygon<f64> {
 
 /// Whether some of the polygon lies beyond where a mission file ends.
 fn is_cut(polygon: &Polygon<f64>) -> bool {
-    !polygon.exterior().coords().all(|it| it.x.abs() <= CUT_M && it.y.abs() <= CUT_M)
+    !polygon.exterior().coords().all(|it| it.x.abs() <= AREAS_END_M && it.y.abs() <= AREAS_END_M)
 }
 
 /// The polygon, cut off where a mission file ends: none, one or several parts.
@@ -199,7 +197,7 @@ pub(crate) fn frame_round(fence: &Polygon<f64>) -> Vec<Polygon<f64>> {
 
 /// What a mission file has room for.
 fn square() -> Polygon<f64> {
-    Rect::new((-CUT_M, -CUT_M), (CUT_M, CUT_M)).to_polygon()
+    Rect::new((-AREAS_END_M, -AREAS_END_M), (AREAS_END_M, AREAS_END_M)).to_polygon()
 }
 
 /// The corners of a ring, the first one not repeated.

@@ -287,6 +287,17 @@ impl Belief {
         self.lines.get(area).map(|it| &it.value.permission)
     }
 
+    /// The areas that the tower has denied or revoked last, each with the number of that decision. After a restart only the numbers of such
+    /// decisions are known: until the tower is heard, an area without a grant counts as closed.
+    pub fn closed(&self) -> impl Iterator<Item = (&str, u64)> {
+        let is_closed = move |area: &String| match self.lines.get(area) {
+            Some(line) => matches!(line.value.permission.state, PermissionState::Denied | PermissionState::Revoked),
+            None => !self.stored.contains_key(area),
+        };
+        let closed = self.latest.iter().filter(move |(area, decision)| 0 < decision.value && is_closed(area));
+        closed.map(|(area, decision)| (area.as_str(), decision.value))
+    }
+
     /// Whether this process has heard what the tower has decided about `area`.
     pub fn is_heard(&self, area: &str) -> bool {
         self.lines.get(area).is_some_and(Known::is_live)

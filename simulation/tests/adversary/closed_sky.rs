@@ -26,6 +26,19 @@ fn a_return_inside_a_closed_sky_waits_for_its_end_or_lands() {
     }
 }
 
+/// What `kittiwake plan` says must not be flown.
+#[test]
+fn nothing_takes_off_for_a_mission_whose_end_is_closed_for_longer_than_is_waited() {
+    for (until_s, takes_off) in [(140, true), (2_000, false)] {
+        let closed = area("over home", "keep-out", [-80.0, -80.0], [80.0, 80.0], &window(30, Some(until_s)));
+        let mut simulation = mission(&format!("home-closed-{until_s}"), &with(out_and_back(), closed), Policy::Grant);
+        let report = ends(&mut simulation);
+        assert_eq!(report.outcome() == MissionOutcome::Success, takes_off, "{}", brief(&simulation));
+        assert_eq!(0 < count(&simulation, "step 1 succeeded"), takes_off, "{}", brief(&simulation));
+        assert!(takes_off || report.reason.contains("objective `home`"), "{report:?}");
+    }
+}
+
 #[test]
 fn a_low_battery_inside_a_closed_sky_lands() {
     let mut simulation = paused_in_a_closed_sky(560);

@@ -205,17 +205,62 @@ fn of_fifteen_missions_uploaded_each_second_the_last_is_flown() {
     assert_eq!(report.objectives[0].name, "new-14", "{}", brief(&simulation));
 }
 
+/// Over the vehicle that is on its way to the east.
+fn over(more: &str) -> String {
+    area("over", "keep-out", [-60.0, 90.0], [60.0, 210.0], more)
+}
+
 #[test]
-fn a_keep_out_area_uploaded_over_the_vehicle_is_left_and_the_new_mission_flown() {
+fn a_mission_with_a_keep_out_area_over_the_vehicle_is_not_taken() {
     let mut simulation = mission("upload-over", &out_and_back(), Policy::Grant);
     until(&mut simulation, |it| 150.0 < it.east_m);
-    let over = area("over", "keep-out", [-60.0, 90.0], [60.0, 210.0], "");
-    upload(&mut simulation, &[air("other", 200.0, 100.0, 20.0), ground("home", 200.0, 0.0), over]);
+    upload(&mut simulation, &[air("other", 200.0, 100.0, 20.0), ground("home", 200.0, 0.0), over("")]);
+    let report = ends_as(&mut simulation, MissionOutcome::Success);
+    assert_eq!(report.objectives[0].name, "look", "{}", brief(&simulation));
+    assert_eq!(simulation.breaches(), [], "{}", brief(&simulation));
+}
+
+#[test]
+fn an_edition_of_a_data_set_with_an_area_over_the_vehicle_is_taken_and_the_area_left() {
+    let mut simulation = mission("edition-over", &out_and_back(), Policy::Grant);
+    until(&mut simulation, |it| 150.0 < it.east_m);
+    let text = format!("name = \"new\"\n[[feed]]\nname = \"z.json\"\n{}", over("feed = \"z.json\""));
+    simulation.ask(Ask::AdoptAirspace(v1::MissionText { text, wind: None }));
     let report = simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", brief(&simulation)));
     assert_eq!(report.outcome(), MissionOutcome::Success, "{}", brief(&simulation));
     assert_eq!(count(&simulation, "`area_breached`: leave_area"), 1, "{}", brief(&simulation));
     // It was inside when the area came to be, and nowhere else.
     assert_eq!(simulation.breaches().len(), 1, "{:?}\n{}", simulation.breaches(), brief(&simulation));
+}
+
+#[test]
+fn an_area_that_the_tower_has_closed_is_closed_to_every_later_mission() {
+    for is_revoked in [false, true] {
+        let wide = area("P", "permission", [-200.0, 100.0], [200.0, 200.0], "");
+        let policy = if is_revoked { Policy::Grant } else { Policy::Deny };
+        let mut simulation = mission("upload-closed", &with(out_and_back(), wide), policy);
+        until(&mut simulation, |it| 50.0 < it.east_m);
+        simulation.pass(s(10));
+        if is_revoked {
+            simulation.decide("P", Decision::Revoke);
+        }
+        simulation.pass(s(10));
+        for number in 0..2 {
+            let parts = [air(&format!("far-{number}"), 0.0, 260.0 + f64::from(number), 20.0), ground("home", 0.0, 0.0)];
+            upload(&mut simulation, &parts);
+            simulation.pass(s(5));
+        }
+        let mut outside = true;
+        while simulation.report().is_none() && simulation.now() < at_s(900) {
+            simulation.pass(s(1));
+            let at = simulation.position().unwrap();
+            outside &= 200.0 < at.north_m.abs() || !(100.0..200.0).contains(&at.east_m);
+        }
+        let report = ends_as(&mut simulation, MissionOutcome::Success);
+        assert_eq!(report.objectives[0].name, "far-1", "{}", brief(&simulation));
+        assert!(outside || is_revoked, "{}", brief(&simulation));
+        assert_eq!(simulation.breaches(), [], "{}", brief(&simulation));
+    }
 }
 
 /// Uploads a mission of this text.

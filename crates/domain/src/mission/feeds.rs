@@ -5,7 +5,7 @@ use toml::Spanned;
 
 use super::{AreaEntry, Checker, MissionFile};
 use crate::area::Area;
-use crate::feed::Feed;
+use crate::feed::{Feed, TOWER};
 use crate::file::{Mistakes, Source, did_you_mean};
 use crate::geodesy::Origin;
 
@@ -57,6 +57,10 @@ impl Checker<'_> {
     /// The feeds, each with the areas that name it.
     pub(super) fn feeds(&mut self, entries: &[FeedEntry], areas: &[AreaEntry]) -> Vec<Feed> {
         self.distinct("feed", entries.iter().map(|it| &it.name));
+        if let Some(entry) = entries.iter().find(|it| *it.name.as_ref() == TOWER) {
+            let help = "give it the name of its file; what the tower has closed stays without a feed of this name";
+            self.say(Some(entry.name.span()), format!("no data set has the name `{TOWER}`"), help);
+        }
         let mut feeds: Vec<Feed> = entries.iter().map(|it| self.feed(it)).collect();
         for area in areas {
             let Some(named) = &area.feed else { continue };
@@ -175,6 +179,7 @@ corners_m = [[-90.0, 310.0], [90.0, 310.0], [90.0, 390.0], [-90.0, 390.0]]
         check("1970-01-01T00:00:01Z", "yesterday", "m.toml:12:14: found `yesterday`, expected a UTC date and time");
         check("00:00:03Z", "00:00:02Z", "m.toml:14:19: feed `zones.json` ends before it begins");
         check("\"FOCA\"", "\"\\u001b[2J\"", "m.toml:11:12: the name of a provider has the control character U+001B");
+        check("\"notam.json\"", "\"control tower\"", "m.toml:16:8: no data set has the name `control tower`");
         check("\"notam.json\"", "\"\"", "m.toml:16:8: the name of a feed is empty");
         check("provider", "publisher", "m.toml:11:1: unknown field `publisher`");
         let mut many = String::new();

@@ -1,6 +1,7 @@
 //! The volume that a mission is flown in: an outline and a ceiling, beyond which nothing is flown.
 //!
-//! It is turned into keep-out areas: one round the outline, with a hole where the mission is flown, and one above the ceiling.
+//! It is turned into keep-out areas: one round the outline as far as areas reach, with a hole where the mission is flown, and one above
+//! the ceiling. A vehicle outside is in there, so its nearest border leads in.
 //! Everything that respects areas therefore respects it by the same rule: the planner, the mission manager's prediction of the
 //! stopping point, the responses, and the oracle.
 
@@ -10,12 +11,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{Checker, HIGHEST_M};
-use crate::area::{Area, AreaKind};
+use crate::area::{AREAS_END_M, Area, AreaKind};
 use crate::geometry::Ned;
-
-/// How far beyond the outline nothing is flown, in metres. (ENG: a minute at the greatest speed; the rows bring a vehicle back within
-/// seconds.)
-const REACH_M: f64 = 1000.0;
 
 /// `[volume]` of a mission file.
 #[derive(Debug, Deserialize)]
@@ -47,8 +44,14 @@ impl Checker<'_> {
         if !self.rings(&inside, "the volume", std::slice::from_ref(&span)) {
             return Vec::new();
         }
+        let is_in_reach = |it: &Ned| it.north_m.abs().max(it.east_m.abs()) < AREAS_END_M;
+        if !inside.corners.iter().all(is_in_reach) {
+            let help = "every corner lies less than 140 km north, south, east and west of the take-off point";
+            self.say(Some(span), "the volume has a corner out of range".to_owned(), help);
+            return Vec::new();
+        }
         let holes = vec![inside.corners.clone()];
-        let mut areas = vec![(span, Area { holes, ..Area::new("volume", AreaKind::KeepOut, round(&inside.corners)) })];
+        let mut areas = vec![(span, Area { holes, ..Area::new("volume", AreaKind::KeepOut, all_around()) })];
         if let Some(ceiling) = &it.ceiling_m {
             let floor_m = Some(self.within("ceiling_m", ceiling, 1.0, HIGHEST_M));
             areas.push((ceiling.span(), Area { floor_m, ..inside }));
@@ -57,25 +60,23 @@ impl Checker<'_> {
     }
 }
 
-/// The corners of a rectangle that reaches [`REACH_M`] beyond all of these.
-fn round(corners: &[Ned]) -> Vec<Ned> {
-    let bounds = |of: fn(&Ned) -> f64| {
-        let least = corners.iter().map(of).fold(f64::INFINITY, f64::min);
-        let most = corners.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
-        (least - REACH_M, most + REACH_M)
-    };
-    let ((south, north), (west, east)) = (bounds(|it| it.north_m), bounds(|it| it.east_m));
-    [(south, west), (north, west), (north, east), (south, east)]
-        .map(|(north, east)| Ned::new(north, east, 0.0))
+/// The corners of the square in which areas lie.
+fn all_around() -> Vec<Ned> {
+    [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+        .map(|(north, east)| Ned::new(north * AREAS_END_M, east * AREAS_END_M, 0.0))
         .to_vec()
 }
 
 #[cfg(test)]
 mod tests {
+    use crate::airspace::Grants;
+    use crate::airspace::tests::airspace;
     use crate::file::{Mistakes, Source};
     use crate::geometry::Ned;
     use crate::mission::Mission;
     use crate::testing::check_mistake;
+    use crate::way::tests::LIMITS;
+    use crate::way::way_out;
 
     const GOOD: &str = r#"
 name = "inside"
@@ -122,6 +123,20 @@ flying = true
     }
 
     #[test]
+    fn a_vehicle_outside_is_led_back_in_however_far_out() {
+        let mission = read(GOOD).unwrap_or_else(|it| panic!("{it}"));
+        let grants = Grants::new();
+        let airspace = airspace(&mission.areas, &grants);
+        for (out, back) in
+            [((0.0, -130.0), (0.0, -80.0)), ((0.0, -800.0), (0.0, -80.0)), ((-1_600.0, 0.0), (-80.0, 0.0))]
+        {
+            let way = way_out(Ned::new(out.0, out.1, -20.0), &airspace, &LIMITS);
+            let end = way.as_ref().and_then(|it| it.last()).map(|it| (it.north_m.round(), it.east_m.round()));
+            assert_eq!(end, Some(back), "from {out:?}");
+        }
+    }
+
+    #[test]
     fn a_mistake_is_told_with_its_place() {
         #[track_caller]
         fn check(find: &str, replace: &str, expected: &str) {
@@ -129,6 +144,7 @@ flying = true
         }
         check("[300.0, 700.0]", "[0.0, -200.0]", "m.toml:4:13: the volume crosses itself");
         check("[300.0, 700.0]", "[3e5, 700.0]", "m.toml:4:13: the volume has a corner out of range");
+        check("[300.0, 700.0]", "[150e3, 700.0]", "m.toml:4:13: the volume has a corner out of range");
         let many = format!("{}[300.0, 700.0]", "[300.0, 700.0],".repeat(4_000));
         check("[300.0, 700.0]", &many, "m.toml:3:1: the volume has 4004 corners, at most 4000 are allowed");
         check("ceiling_m = 60.0", "ceiling_m = -3.0", "m.toml:5:13: `ceiling_m` is -3, expected metres between");

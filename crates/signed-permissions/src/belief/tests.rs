@@ -410,6 +410,29 @@ fn what_the_tower_says_counts_more_than_what_is_remembered() {
     check(state(PermissionState::Denied, 2), None);
 }
 
+#[test]
+fn what_was_denied_or_revoked_last_is_closed() {
+    use PermissionState::{Denied, Expired, Revoked};
+    #[track_caller]
+    fn check(lines: &[Permission], expected: Option<u64>) {
+        let mut before = belief();
+        lines.iter().for_each(|it| take(&mut before, 0, it.clone()).unwrap());
+        let closed = |it: &Belief| it.closed().map(|(area, decision)| (area.to_owned(), decision)).collect::<Vec<_>>();
+        let expected: Vec<_> = expected.map(|it| ("A".to_owned(), it)).into_iter().collect();
+        assert_eq!(closed(&before), expected, "{lines:?}");
+        assert_eq!(closed(&started_again(&before, 1, 0)), expected, "{lines:?}");
+    }
+    check(&[], None);
+    check(&[state(Denied, 1)], Some(1));
+    check(&[signed(grant(1))], None);
+    check(&[signed(grant(1)), state(Revoked, 2)], Some(2));
+    check(&[state(Denied, 1), signed(grant(2))], None);
+    let mut expired = belief();
+    take(&mut expired, 0, signed(grant(1))).unwrap();
+    take(&mut expired, 901, state(Expired, 1)).unwrap();
+    assert_eq!(expired.closed().count(), 0);
+}
+
 fn source(belief: &Belief) -> Option<Source> {
     belief.decided("A").map(|it| it.source)
 }

@@ -100,7 +100,13 @@ pub(crate) struct LegForecast {
 }
 
 impl MissionForecast {
-    /// Why the mission must not be flown as it is, if so.
+    /// Why the mission must not be flown as it is, if so: the one rule of plan, check, upload and takeoff.
+    pub(crate) fn not_flown(&self) -> Option<String> {
+        let unreachable = words_of(self.objectives.iter().filter(|it| it.worth.is_none()));
+        unreachable.or_else(|| Some(format!("the mission {}", self.shortfall()?)))
+    }
+
+    /// What the mission takes more than the battery gives, if so.
     pub(crate) fn shortfall(&self) -> Option<Shortfall> {
         self.budget?.shortfall(self.needs_wh)
     }
@@ -111,6 +117,13 @@ impl MissionForecast {
         let worth = flown.filter_map(|it| Some((it.objective.clone(), it.worth?)));
         worth.reduce(|least, it| if it.1 <= least.1 { it } else { least })
     }
+}
+
+/// The objectives among these that cannot be reached, and why.
+pub(crate) fn words_of<'a>(forecast: impl Iterator<Item = &'a Forecast>) -> Option<String> {
+    let words = |it: &Forecast| Some(format!("objective `{}`: {}", it.objective, it.unreachable.as_ref()?));
+    let found: Vec<String> = forecast.filter_map(words).collect();
+    (!found.is_empty()).then(|| found.join("; "))
 }
 
 /// Most answers without a new objective, for all objectives together; a mission that needs more waits cannot be flown.

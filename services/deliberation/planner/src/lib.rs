@@ -32,6 +32,7 @@ mod free_order;
 mod grant_lengths;
 mod hold;
 mod known_areas;
+mod lasting_areas;
 mod mission_planner;
 mod mission_request;
 mod new_airspace;
@@ -130,16 +131,17 @@ impl Planner {
     }
 
     fn edited(&mut self, request: v1::EditRequest) -> Result<v1::EditReply, Unanswerable> {
-        let v1::EditRequest { basis, request, ends, is_flown, next_waits } = request;
+        let v1::EditRequest { basis, request, ends, is_flown, next_waits, closed } = request;
         let basis = Basis::try_from(basis.unwrap_or_default())?;
         let (now, seen, mut areas_id) = (basis.at, basis.state.clone(), basis.areas_id.clone());
         let Some(mut core) = self.go_on(basis)? else {
             return Ok(v1::EditReply { areas_unknown: true, ..Default::default() });
         };
         let end = mission_request::End { why: ends, is_flown, next_waits };
+        let closed = closed.into_iter().map(|it| (it.area, it.decision)).collect();
         let result = wire::mission_request(request.unwrap_or_default()).and_then(|(state, request)| {
             let state = state.as_ref().unwrap_or(&seen);
-            mission_request::answer(&mut core, request, state, &end, now)
+            mission_request::answer(&mut core, request, state, (&end, &closed), now)
         });
         let mut reply = v1::EditReply { reply: Some(wire::mission_reply(result)), ..Default::default() };
         if let Some(edited) = core.what_was_edited() {

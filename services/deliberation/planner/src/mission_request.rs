@@ -7,6 +7,7 @@
 //! Once the mission has ended another one can be uploaded while the vehicle stands on the ground: it waits there for an operator's order.
 
 use domain::energy::Wind;
+use domain::feed::Feed;
 use domain::file::{LARGEST_BYTES, Mistakes, Source};
 use domain::mission::bounds::MOST_OBJECTIVES;
 use domain::mission::terms::Order;
@@ -15,7 +16,8 @@ use domain::state::State;
 use domain::time::Now;
 
 use crate::alternates::with_alternates;
-use crate::forecast::{Forecast, MissionForecast};
+use crate::forecast::{Forecast, MissionForecast, words_of};
+use crate::lasting_areas::{Closed, added_over_the_vehicle};
 use crate::mission_planner::MissionPlanner;
 use crate::mission_planner::origin::Misfit;
 use crate::new_airspace;
@@ -106,12 +108,12 @@ impl End {
     }
 }
 
-/// Answers `request` for a vehicle in `state`.
+/// Answers `request` for a vehicle in `state`, to which the tower has closed areas.
 pub(crate) fn answer(
     planner: &mut MissionPlanner,
     request: MissionRequest,
     state: &State,
-    end: &End,
+    (end, closed): (&End, &Closed),
     now: Now,
 ) -> Result<Done, Refusal> {
     let asks_about_another = matches!(request, MissionRequest::Upload(_) | MissionRequest::Validate(..));
@@ -123,29 +125,42 @@ pub(crate) fn answer(
         MissionRequest::Airspace { .. } if end.is_of_this_mission() || planner.is_over() => {
             Err(Refusal::new(format!("{}: upload the next mission with the new airspace", end.in_words())))
         }
-        MissionRequest::Airspace { text, is_tried } => new_airspace::adopt(planner, &text, is_tried, state, now),
+        MissionRequest::Airspace { text, is_tried } => {
+            new_airspace::adopt(planner, (&text, is_tried), closed, state, now)
+        }
         MissionRequest::Insert(..) if end.is_of_this_mission() => {
             Err(Refusal::new(format!("{}: nobody would fly it", end.why)))
         }
         MissionRequest::Remove(_) | MissionRequest::Skip { .. } if end.is_of_this_mission() => {
             Err(Refusal::new(format!("{}: nothing is left to leave out", end.why)))
         }
-        MissionRequest::Validate(text, wind) => validate(planner, &text, wind, state, now).map(|(_, done)| done),
-        MissionRequest::Upload(text) => upload(planner, &text, state, end, now),
+        MissionRequest::Validate(text, wind) => {
+            try_out(planner, (&text, wind), closed, state, now).map(|it| validate(planner, it))
+        }
+        MissionRequest::Upload(text) => upload(planner, &text, state, (end, closed), now),
         MissionRequest::Insert(index, objective) => insert(planner, index, objective, state, now),
         MissionRequest::Remove(name) => remove(planner, &name),
         MissionRequest::Skip { objective, operator } => skip(planner, &objective, &operator),
     }
 }
 
+/// A mission that can be flown.
+struct Tried {
+    /// With the areas that stay whatever its text lists.
+    mission: Mission,
+    forecast: Box<MissionForecast>,
+    /// In words, what becomes of areas.
+    remarks: Vec<String>,
+}
+
 /// The mission in `text` and what it takes.
-fn validate(
+fn try_out(
     planner: &MissionPlanner,
-    text: &str,
-    wind: Option<Wind>,
+    (text, wind): (&str, Option<Wind>),
+    closed: &Closed,
     state: &State,
     now: Now,
-) -> Result<(Mission, Done), Refusal> {
+) -> Result<Tried, Refusal> {
     let mission = Mission::read(&source(text)?).map_err(mistakes_in_text)?;
     match planner.misfit(mission.origin) {
         // On the ground the mission waits until the vehicle knows its place.
@@ -153,14 +168,33 @@ fn validate(
         Some(misfit) => return Err(Refusal::new(misfit.to_string())),
         None => {}
     }
-    let wind = wind.unwrap_or(planner.judge().wind);
-    let forecast = judged(planner, &mission, wind, state, now)?;
+    let renewed: Vec<Feed> =
+        planner.mission().feeds.iter().filter(|old| is_renewed(old, &mission, now)).cloned().collect();
+    let (mission, stays) = planner.lasting_areas(closed).with(mission, |feed| renewed.contains(feed))?;
+    let over = added_over_the_vehicle(planner.mission(), &mission, state, now);
+    if let Some((_, words)) = over.iter().find(|(of_data_set, _)| !of_data_set) {
+        return Err(Refusal::new(format!("{words}: fly it out first, or leave the area out")));
+    }
+    let forecast = judged(planner, &mission, wind.unwrap_or(planner.judge().wind), state, now)?;
+    let leaves = over.into_iter().map(|(_, words)| format!("{words}, and leaves it"));
+    let remarks = stays.into_iter().chain(leaves).collect();
+    Ok(Tried { mission, forecast, remarks })
+}
+
+/// Whether `mission` has a later edition of the data set.
+fn is_renewed(feed: &Feed, mission: &Mission, now: Now) -> bool {
+    mission.feeds.iter().any(|it| it.renews(feed, now.utc_ms))
+}
+
+/// What the mission in `text` takes, in words.
+fn validate(planner: &MissionPlanner, tried: Tried) -> Done {
+    let Tried { mission, forecast, remarks } = tried;
     let text = match left_out(&forecast.objectives) {
         None => format!("every objective of `{}` can be reached", mission.name),
         Some(left_out) => format!("every required objective of `{}` can be reached; {left_out}", mission.name),
     };
-    let text = planner.with_wind(text, &mission);
-    Ok((mission, Done { text, forecast: Some(forecast) }))
+    let text = std::iter::once(text).chain(remarks).collect::<Vec<_>>().join("; ");
+    Done { text: planner.with_wind(text, &mission), forecast: Some(forecast) }
 }
 
 /// What `mission` takes, if it is to be flown.
@@ -173,7 +207,7 @@ pub(crate) fn judged(
 ) -> Result<Box<MissionForecast>, Refusal> {
     let forecast = planner.forecast(mission, state, now, wind);
     let forecast = Box::new(with_alternates(forecast, planner, mission, wind, now));
-    match not_flown(&forecast) {
+    match forecast.not_flown() {
         Some(why) => Err(Refusal { forecast: Some(forecast), ..Refusal::new(why) }),
         None => Ok(forecast),
     }
@@ -196,40 +230,35 @@ pub(crate) fn mistakes_in_text(mistakes: Mistakes) -> Refusal {
     Refusal { text, mistakes, ..Refusal::default() }
 }
 
-/// Why a mission with this forecast is not to be flown, if so.
-fn not_flown(forecast: &MissionForecast) -> Option<String> {
-    let unreachable = words_of(forecast.objectives.iter().filter(|it| it.worth.is_none()));
-    unreachable.or_else(|| Some(format!("the mission {}", forecast.shortfall()?)))
-}
-
 /// The optional objectives that are not reached, and why.
 fn left_out(forecast: &[Forecast]) -> Option<String> {
     words_of(forecast.iter().filter(|it| it.worth.is_some()))
 }
 
-fn words_of<'a>(forecast: impl Iterator<Item = &'a Forecast>) -> Option<String> {
-    let words = |it: &Forecast| Some(format!("objective `{}`: {}", it.objective, it.unreachable.as_ref()?));
-    let found: Vec<String> = forecast.filter_map(words).collect();
-    (!found.is_empty()).then(|| found.join("; "))
-}
-
 /// The mission in `text` takes the place of the present one. If nothing of that is flown any more, it is taken where the vehicle stands,
 /// but not before the report, which is about the objectives of the flight.
-fn upload(planner: &mut MissionPlanner, text: &str, state: &State, end: &End, now: Now) -> Result<Done, Refusal> {
+fn upload(
+    planner: &mut MissionPlanner,
+    text: &str,
+    state: &State,
+    (end, closed): (&End, &Closed),
+    now: Now,
+) -> Result<Done, Refusal> {
     let waits = !end.why.is_empty() || planner.is_over();
     if waits && (state.flying || end.is_flown) {
         let once = if state.flying { "the vehicle has landed" } else { "its end is reported" };
         return Err(Refusal::new(format!("{}: nobody would fly it; upload it once {once}", end.in_words())));
     }
-    let (mission, done) = validate(planner, text, None, state, now)?;
+    let Tried { mission, forecast, remarks } = try_out(planner, (text, None), closed, state, now)?;
     let text = match waits {
         true => format!("`{}` waits for an operator's start", mission.name),
         false => format!("`{}` takes the place of `{}`", mission.name, planner.mission().name),
     };
     let text = new_airspace::with_feeds(text, planner.mission(), &mission, now);
+    let text = std::iter::once(text).chain(remarks).collect::<Vec<_>>().join("; ");
     let text = planner.with_wind(text, &mission);
     planner.take_over(mission);
-    Ok(Done { text, ..done })
+    Ok(Done { text, forecast: Some(forecast) })
 }
 
 fn insert(

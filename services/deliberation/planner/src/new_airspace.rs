@@ -3,26 +3,27 @@
 
 use domain::area::Area;
 use domain::file::MOST_MISTAKES;
-use domain::mission::bounds::{MOST_AREAS, MOST_CORNERS};
 use domain::mission::feeds::Airspace;
 use domain::mission::{Mission, unfit_landing_site};
 use domain::state::State;
 use domain::time::Now;
 
+use crate::lasting_areas::{Closed, added_over_the_vehicle};
 use crate::mission_planner::MissionPlanner;
 use crate::mission_request::{Done, Refusal, judged, mistakes_in_text, source};
 
 /// The areas of the mission file `text` that came from feeds take the place of the present ones, if what is left of the mission can be
-/// flown then. With `is_tried` nothing is changed.
+/// flown then. With `is_tried` nothing is changed. What the tower has closed stays.
 pub(crate) fn adopt(
     planner: &mut MissionPlanner,
-    text: &str,
-    is_tried: bool,
+    (text, is_tried): (&str, bool),
+    closed: &Closed,
     state: &State,
     now: Now,
 ) -> Result<Done, Refusal> {
     let airspace = Airspace::read(&source(text)?).map_err(mistakes_in_text)?;
     let mission = with_airspace(planner.rest_of_mission(), airspace)?;
+    let (mission, stays) = planner.lasting_areas(closed).with(mission, |_| true)?;
     let last = mission.objectives.len().saturating_sub(1);
     let mut objectives = mission.objectives.iter().enumerate();
     if let Some(why) = objectives.find_map(|(index, it)| mission.unfit_place(it, index == last)) {
@@ -32,8 +33,10 @@ pub(crate) fn adopt(
     let verb = if is_tried { "would be adopted" } else { "adopted" };
     let text = format!("new airspace {verb}");
     let text = with_feeds(text, planner.mission(), &mission, now);
-    let text =
-        planner.with_wind([text].into_iter().chain(closed_sites(&mission)).collect::<Vec<_>>().join("; "), &mission);
+    let over = added_over_the_vehicle(planner.mission(), &mission, state, now).into_iter();
+    let over = over.map(|(_, words)| format!("{words}, and leaves it"));
+    let text = [text].into_iter().chain(stays).chain(over).chain(closed_sites(&mission)).collect::<Vec<_>>();
+    let text = planner.with_wind(text.join("; "), &mission);
     if !is_tried {
         planner.replace_airspace(mission.areas, mission.feeds);
     }
@@ -47,7 +50,8 @@ fn with_airspace(mission: Mission, airspace: Airspace) -> Result<Mission, Refusa
             "the origin in the text is not that of the present mission: its areas would lie elsewhere",
         ));
     }
-    let mut areas: Vec<Area> = mission.areas.iter().filter(|it| mission.feed_of(&it.name).is_none()).cloned().collect();
+    let is_own = |it: &&Area| mission.feed_of(&it.name).is_none_or(|feed| !feed.is_data_set());
+    let mut areas: Vec<Area> = mission.areas.iter().filter(is_own).cloned().collect();
     let is_of_feed = |it: &Area| airspace.feeds.iter().any(|feed| feed.areas.contains(&it.name));
     for area in airspace.areas.iter().filter(|it| is_of_feed(it)) {
         if areas.iter().any(|own| own.name == area.name) {
@@ -58,13 +62,6 @@ fn with_airspace(mission: Mission, airspace: Airspace) -> Result<Mission, Refusa
             return Err(Refusal::new(text));
         }
         areas.push(area.clone());
-    }
-    let corners: usize = areas.iter().flat_map(Area::rings).map(<[_]>::len).sum();
-    if MOST_AREAS < areas.len() || MOST_CORNERS < corners {
-        return Err(Refusal::new(format!(
-            "the mission would have {} areas with {corners} corners, at most {MOST_AREAS} with {MOST_CORNERS} are allowed",
-            areas.len()
-        )));
     }
     Ok(Mission { areas, feeds: airspace.feeds, ..mission })
 }

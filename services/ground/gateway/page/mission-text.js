@@ -25,7 +25,9 @@ export function missionText(mission) {
   const settled = mission.objectives.filter((it) => it.state !== "OBJECTIVE_STATE_WAITING");
   const lines = ["# Positions are metres from the take-off point; heights are above it."];
   if (settled.length) lines.push(`# Settled and left out: ${settled.map((it) => it.name).join(", ")}.`);
-  lines.push(`name = ${quoted(mission.mission)}`, ...(mission.freeOrder ? ['order = "free"'] : []), "", ...origin(mission.origin), ...waiting.map(among(waiting)).flatMap(objective), ...(mission.feeds ?? []).flatMap(feed), ...mission.areas.map(fromFeeds(mission.feeds)).flatMap(area), ...(mission.sites ?? []).flatMap(site));
+  // What the control tower has closed stays by itself: no data set.
+  const feeds = (mission.feeds ?? []).filter((it) => it.name !== "control tower");
+  lines.push(`name = ${quoted(mission.mission)}`, ...(mission.freeOrder ? ['order = "free"'] : []), "", ...origin(mission.origin), ...waiting.map(among(waiting)).flatMap(objective), ...feeds.flatMap(feed), ...mission.areas.map(fromFeeds(feeds)).flatMap(area), ...(mission.sites ?? []).flatMap(site));
   return `${lines.join("\n").trimEnd()}\n`;
 }
 

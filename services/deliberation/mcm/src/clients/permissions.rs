@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use domain::airspace::Grants;
-use domain::area::{Area, Extent};
+use domain::area::{Area, AreaKind, Extent};
 use domain::permission::{Permission, PermissionState};
 use domain::plan::{Denial, DenialKind, PermissionNeed, StepId};
 use domain::time::{Now, Pace, Time};
@@ -199,6 +199,15 @@ impl Permissions {
     /// How long each permission is held from now on.
     pub(crate) fn grants(&self, now: Time) -> Grants {
         self.belief.areas().filter_map(|area| Some((area.clone(), self.belief.remaining(area, now)?))).collect()
+    }
+
+    /// What the tower has denied or revoked last; of these areas, where it was not heard since the start, all that take a permission.
+    pub(crate) fn closed(&self, areas: &[Area]) -> Vec<v1::ClosedArea> {
+        let is_heard = self.tower.value != 0;
+        let unheard = areas.iter().filter(|it| !is_heard && it.kind == AreaKind::Permission);
+        let mut closed: BTreeMap<&str, u64> = unheard.map(|it| (it.name.as_str(), 0)).collect();
+        closed.extend(self.belief.closed());
+        closed.into_iter().map(|(area, decision)| v1::ClosedArea { area: area.to_owned(), decision }).collect()
     }
 
     /// Counts decisions that changed something, so that a plan that waits for one notices it.

@@ -1,6 +1,6 @@
 //! Requests about the mission. What one comes to the planner works out, which has the time; the mission is changed here, by its answer.
 //!
-//! An answer counts for the mission that was asked about: if that has gone on meanwhile, the planner is asked again. A request that is
+//! An answer counts for the mission that was asked about, and for what the tower had closed then: if either has changed, the planner is asked again. A request that is
 //! repeated under its id gets the answer to the first one.
 
 use std::collections::BTreeMap;
@@ -37,6 +37,8 @@ pub(super) struct MissionRequests {
 struct Open {
     token: Token,
     request: v1::MissionRequest,
+    /// What the tower had closed then.
+    closed: Vec<v1::ClosedArea>,
     /// Of the mission that was asked about, and how many of its steps were flown.
     version: u64,
     flown: usize,
@@ -73,11 +75,13 @@ impl World {
             ends: self.ending().unwrap_or_default(),
             is_flown: self.report().is_none() && !next_waits,
             next_waits,
+            closed: self.closed(),
         };
         self.people.requests.last += 1;
         let mission = self.planner.mission();
         let (version, flown) = (mission.version(), mission.flown());
-        self.people.requests.open.insert(self.people.requests.last, Open { token, request, version, flown, tries });
+        let open = Open { token, request, closed: edit.closed.clone(), version, flown, tries };
+        self.people.requests.open.insert(self.people.requests.last, open);
         self.out.outbox.call(Purpose::Edit(self.people.requests.last), Request::Edit(edit), LIMIT);
     }
 
@@ -90,7 +94,8 @@ impl World {
             Ok(_) => return self.answer(open.token, refused("the planner has answered something else".to_owned())),
             Err(error) => return self.answer(open.token, refused(format!("the planner {error}"))),
         };
-        let is_outdated = edited.mission.is_some() && open.version != self.planner.mission().version();
+        let has_changed = open.version != self.planner.mission().version() || open.closed != self.closed();
+        let is_outdated = edited.mission.is_some() && has_changed;
         if (is_outdated || edited.areas_unknown) && open.tries < MOST_TRIES {
             if edited.areas_unknown {
                 self.planner.mission_mut().areas_are_unknown();
@@ -99,7 +104,7 @@ impl World {
         }
         let reply = edited.reply.clone().unwrap_or_default();
         let taken = match is_outdated {
-            true => Err("the mission goes on faster than it can be changed: try again".to_owned()),
+            true => Err("the mission and its areas change faster than the answer comes: try again".to_owned()),
             false => self.change_mission(edited, open.flown).map_err(|invalid| {
                 self.out.outbox.refuse(Service::Edit, &invalid);
                 format!("the planner gave an invalid answer: {invalid}")
@@ -110,6 +115,11 @@ impl World {
             self.people.requests.answers.remember(open.request.request_id, reply.clone());
         }
         self.answer(open.token, reply);
+    }
+
+    /// The areas that no upload leaves out because of the tower.
+    fn closed(&self) -> Vec<v1::ClosedArea> {
+        self.permissions.closed(self.planner.areas())
     }
 
     /// The mission is changed as the planner says, if it is.

@@ -46,7 +46,7 @@ impl MissionPlanner {
     }
 
     /// Before the first plan: chooses a free order, and before takeoff leaves out what the battery does not suffice for. Why
-    /// nothing is to be flown at all, if so.
+    /// nothing is to be flown at all, if so: what an upload would be refused for.
     pub(super) fn begin(&mut self, state: &State, now: Now) -> Option<String> {
         if self.begun.is_some() {
             return None;
@@ -61,7 +61,7 @@ impl MissionPlanner {
                 forecast.chosen_order = Some(choice);
             }
         }
-        if self.forecast.is_some() || state.flying || state.charge.is_none() {
+        if self.forecast.is_some() || state.flying {
             return None;
         }
         // The order is chosen.
@@ -70,7 +70,12 @@ impl MissionPlanner {
         for (name, reason) in &forecast.left_out {
             self.objectives.give_up_named(name, reason);
         }
-        forecast.shortfall().map(|shortfall| format!("the mission {shortfall}"))
+        let not_flown = forecast.not_flown()?;
+        let required = forecast.objectives.iter().filter(|it| it.worth.is_none());
+        for (name, reason) in required.filter_map(|it| Some((&it.objective, it.unreachable.as_ref()?))) {
+            self.objectives.give_up_named(name, reason);
+        }
+        Some(not_flown)
     }
 
     /// The objective that must be given up for `steps` to the current one to be flown, which may be that one, and why.

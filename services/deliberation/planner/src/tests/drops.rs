@@ -122,7 +122,7 @@ fn a_load_that_is_lost_on_the_way_or_was_never_there_is_no_success() {
 
 #[test]
 fn a_second_drop_has_nothing_to_release() {
-    let second = buoy(30.0, "drop = true").replace("buoy", "second");
+    let second = buoy(30.0, "drop = true\noptional = true\nworth = 1.0").replace("buoy", "second");
     let mut story = Story::of(&text(&[&buoy(30.0, "drop = true"), &second, BACK]));
     story.plan();
     story.fly(story.steps.len());

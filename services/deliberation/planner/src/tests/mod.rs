@@ -21,6 +21,7 @@ mod asking_ahead;
 mod drops;
 mod giving_up;
 mod hours;
+mod lasting_areas;
 mod new_airspace;
 mod operator;
 mod origin;
@@ -61,6 +62,8 @@ struct Story {
     interrupted: bool,
     requests: u64,
     steps: Vec<v1::PlanStep>,
+    /// What the tower has closed.
+    closed: Vec<v1::ClosedArea>,
     /// The end, as the mission manager tells it: why, whether the report is still awaited, and whether the next mission waits.
     end: (String, bool, bool),
 }
@@ -104,6 +107,7 @@ impl Story {
             interrupted: false,
             requests: 0,
             steps: Vec::new(),
+            closed: Vec::new(),
             end: (String::new(), false, false),
         }
     }

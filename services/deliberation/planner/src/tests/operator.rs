@@ -12,8 +12,14 @@ impl Story {
             request: Some(request),
         };
         let (ends, is_flown, next_waits) = self.end.clone();
-        let request =
-            v1::EditRequest { basis: Some(self.basis(true)), request: Some(request), ends, is_flown, next_waits };
+        let request = v1::EditRequest {
+            basis: Some(self.basis(true)),
+            request: Some(request),
+            ends,
+            is_flown,
+            next_waits,
+            closed: self.closed.clone(),
+        };
         let Some(Response::Edit(edited)) = self.request(Request::Edit(request)) else { panic!("no reply") };
         if let Some(it) = course(edited.mission, edited.notes).unwrap() {
             self.go_on(it);

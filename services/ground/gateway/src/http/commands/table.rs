@@ -96,7 +96,12 @@ pub(crate) fn add_to(routes: Routes, simulation: bool) -> Routes {
                 mission_text => MISSION_REPLY),
             validate,
         )
-        .add(route!(Put "mission" IN_COMMAND, "Replace the present mission", mission_text => MISSION_REPLY), upload)
+        .add(
+            route!(Put "mission" IN_COMMAND,
+                "Replace the present mission; the areas that the control tower has closed or a data set has set stay",
+                mission_text => MISSION_REPLY),
+            upload,
+        )
         .add(
             route!(Post "mission/airspace/validate" OPERATORS,
                 "What the present mission would need with the areas of another mission file that came from feeds",

@@ -1,0 +1,165 @@
+//! Airspace belongs to the ground: an area that the control tower has closed, or that a data set has set, stays whatever a mission lists.
+//! A mission only adds areas. A tower opens its own by a grant, and a later edition of a data set replaces the earlier one.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use domain::area::{Area, AreaKind};
+use domain::feed::{Feed, TOWER};
+use domain::file::MOST_MISTAKES;
+use domain::geodesy::LocalFrame;
+use domain::geometry::Ned;
+use domain::mission::Mission;
+use domain::mission::bounds::{MOST_AREAS, MOST_CORNERS};
+use domain::state::State;
+use domain::time::Now;
+
+use crate::mission_planner::origin::{Misfit, misfit};
+use crate::mission_request::Refusal;
+
+/// The areas that the control tower has denied or revoked last, or may have, each with the number of that decision, which is its time.
+pub(crate) type Closed = BTreeMap<String, u64>;
+
+/// Places that differ by no more are the same, in metres. (The page writes a mission to a centimetre.)
+const SAME_M: f64 = 0.01;
+
+/// The areas of the present mission that another one does not leave out.
+pub(crate) struct LastingAreas<'a> {
+    /// The mission whose areas apply now.
+    pub(crate) present: &'a Mission,
+    /// What the tower has closed.
+    pub(crate) closed: &'a Closed,
+    /// How far apart two origins may be that count as one, in metres.
+    pub(crate) origin_tolerance_m: f64,
+}
+
+impl LastingAreas<'_> {
+    /// `mission` with the areas that stay, and a sentence about those that it does not list. `is_renewed`: a data set of the present
+    /// mission is replaced.
+    pub(crate) fn with(
+        &self,
+        mut mission: Mission,
+        is_renewed: impl Fn(&Feed) -> bool,
+    ) -> Result<(Mission, Option<String>), Refusal> {
+        let listed: BTreeMap<String, usize> =
+            mission.areas.iter().enumerate().map(|(index, it)| (it.name.clone(), index)).collect();
+        let data_sets = self.present.feeds.iter().filter(|it| it.is_data_set());
+        let of_data_sets: BTreeMap<&str, &Feed> =
+            data_sets.flat_map(|feed| feed.areas.iter().map(move |it| (it.as_str(), feed))).collect();
+        // Its edition is the latest decision.
+        let edition = self.closed.values().max().and_then(|it| i64::try_from(*it).ok());
+        let tower = Feed { name: TOWER.into(), issued_utc_ms: edition, ..Feed::default() };
+        let (mut sources, mut added) = (BTreeMap::new(), Vec::new());
+        for area in self.areas(&mission) {
+            let at = listed.get(&area.name);
+            let source = match of_data_sets.get(area.name.as_str()) {
+                Some(feed) if !is_renewed(feed) => *feed,
+                // The data set says itself where it is.
+                Some(_) if at.is_some() => continue,
+                _ if self.closed.contains_key(&area.name) => &tower,
+                _ => continue,
+            };
+            let feed = sources.entry(&source.name).or_insert_with(|| Feed { areas: Vec::new(), ..source.clone() });
+            feed.areas.push(area.name.clone());
+            match at {
+                None => {
+                    added.push(area.name.clone());
+                    mission.areas.push(area);
+                }
+                Some(at) if is_same(&mission.areas[*at], &area) => mission.areas[*at] = area,
+                Some(_) => return Err(Refusal::new(another_of_the_name(&area, source))),
+            }
+        }
+        for mut feed in sources.into_values() {
+            match mission.feeds.iter_mut().find(|it| it.name == feed.name) {
+                Some(listed) => {
+                    let stay: BTreeSet<String> = feed.areas.iter().cloned().collect();
+                    feed.areas.extend(listed.areas.drain(..).filter(|it| !stay.contains(it)));
+                    *listed = feed;
+                }
+                None => mission.feeds.push(feed),
+            }
+        }
+        within_bounds(&mission)?;
+        Ok((mission, in_words(&added)))
+    }
+
+    /// The present areas, in the local frame of `mission`.
+    fn areas(&self, mission: &Mission) -> Vec<Area> {
+        let (before, after) = (self.present.origin, mission.origin);
+        let areas = self.present.areas.iter().cloned();
+        let Some(Misfit::Elsewhere { mission: from, vehicle: to, .. }) = misfit(before, after, self.origin_tolerance_m)
+        else {
+            return areas.collect();
+        };
+        let (from, to) = (LocalFrame::at(from), LocalFrame::at(to));
+        let moved = |ring: &Vec<Ned>| ring.iter().map(|it| to.local(from.lat_lon(*it))).collect();
+        areas
+            .map(|it| Area { corners: moved(&it.corners), holes: it.holes.iter().map(moved).collect(), ..it })
+            .collect()
+    }
+}
+
+/// A sentence about areas that a mission does not list, if there are any.
+fn in_words(added: &[String]) -> Option<String> {
+    let named = added[..added.len().min(MOST_MISTAKES)].join(", ");
+    match added.len().saturating_sub(MOST_MISTAKES) {
+        _ if added.is_empty() => None,
+        0 => Some(format!("not listed, and stays: {named}")),
+        more => Some(format!("not listed, and stays: {named} and {more} more areas")),
+    }
+}
+
+/// Whether the two are one area, as far as a text tells.
+fn is_same(a: &Area, b: &Area) -> bool {
+    let near = |a: f64, b: f64| (a - b).abs() <= SAME_M;
+    let same_height = |a: Option<f64>, b: Option<f64>| match (a, b) {
+        (Some(a), Some(b)) => near(a, b),
+        (a, b) => a == b,
+    };
+    let same_ring = |(a, b): (&[Ned], &[Ned])| {
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| near(a.north_m, b.north_m) && near(a.east_m, b.east_m))
+    };
+    let same_rings = || a.holes.len() == b.holes.len() && a.rings().zip(b.rings()).all(same_ring);
+    let same_heights = same_height(a.floor_m, b.floor_m) && same_height(a.ceiling_m, b.ceiling_m);
+    a.kind == b.kind
+        && (a.extent() == b.extent() || same_heights && same_rings())
+        && (a.from_utc_ms, a.until_utc_ms, &a.hours) == (b.from_utc_ms, b.until_utc_ms, &b.hours)
+}
+
+fn another_of_the_name(area: &Area, source: &Feed) -> String {
+    let of = if source.is_data_set() { format!("feed `{}`", source.name) } else { "the control tower".to_owned() };
+    format!("area `{}` is another one than that of {of}: leave it as it is, or give it another name", area.name)
+}
+
+/// A mission has no more areas and corners than one file may have.
+fn within_bounds(mission: &Mission) -> Result<(), Refusal> {
+    let areas = mission.areas.len();
+    let corners: usize = mission.areas.iter().flat_map(Area::rings).map(<[_]>::len).sum();
+    if MOST_AREAS < areas || MOST_CORNERS < corners {
+        return Err(Refusal::new(format!(
+            "the mission would have {areas} areas with {corners} corners, at most {MOST_AREAS} with {MOST_CORNERS} are allowed"
+        )));
+    }
+    Ok(())
+}
+
+/// What `mission` adds to the areas of `present` so that the vehicle is inside without a permission: for each whether a data set has set it,
+/// and the words.
+pub(crate) fn added_over_the_vehicle(
+    present: &Mission,
+    mission: &Mission,
+    state: &State,
+    now: Now,
+) -> Vec<(bool, String)> {
+    let is_barred = |it: &&Area| match it.kind {
+        AreaKind::KeepOut => true,
+        AreaKind::Permission => state.flying && !state.permissions.contains(&it.name),
+    };
+    let around = mission.areas.iter().filter(|it| it.is_active(now.utc_ms) && it.contains(state.position));
+    let added = around.filter(is_barred).filter(|it| !present.areas.contains(it));
+    let in_words = |it: &Area| match it.kind {
+        AreaKind::KeepOut => format!("the vehicle is inside keep-out area `{}`", it.name),
+        AreaKind::Permission => format!("the vehicle is inside area `{}` without a permission", it.name),
+    };
+    added.map(|it| (mission.feed_of(&it.name).is_some(), in_words(it))).collect()
+}
