@@ -9,9 +9,9 @@ use kittiwake_proto::v1;
 
 use super::World;
 
-/// What stands is taken to stand for this long yet, in mission time; told again after half of that time. (ENG: plans wait for its end, and
-/// are made again once it is gone.)
-const STANDS_ON: Duration = Duration::from_secs(600);
+/// What stands is taken to stand for this long yet, in mission time; told again after half of that time. (ENG: a plan waits for its end, and
+/// for no end that is later than `hold_at_most_s` of [planner]; once the traffic is gone it is made again.)
+const STANDS_ON: Duration = Duration::from_secs(100);
 
 /// What the monitor tells of traffic.
 #[derive(Debug, Default)]
