@@ -63,7 +63,7 @@ impl Track {
     /// new report.
     pub(super) fn hear(&mut self, now: Time, own: Option<Own<'_>>, report: TransponderReport) {
         self.reported_at = now;
-        if report == self.report && 0.0 < report.velocity.ground_speed_m_s() {
+        if report == self.report && STANDS_M_S < report.velocity.speed_m_s() {
             return;
         }
         self.turn_rad_s = turn_rad_s(self.report.velocity, report.velocity, (now - self.at).as_secs_f64());
