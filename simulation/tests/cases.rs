@@ -115,7 +115,7 @@ fn a_tower_that_is_silent_lets_no_new_area_be_entered_until_it_is_back() {
 }
 
 #[test]
-fn it_holds_while_a_drone_and_a_ship_pass() {
+fn it_keeps_out_of_the_way_of_a_drone_and_of_a_ship() {
     #[track_caller]
     fn check(kind: &str, height: &str, flag: &str, field: &str) {
         let mut simulation = when("step 3 of 5");
@@ -123,7 +123,7 @@ fn it_holds_while_a_drone_and_a_ship_pass() {
         simulation.inject_fault("intruder", &["250", "250", height, "-10", "0", kind]);
         let raised = format!("flag `{flag}` raised: {field} ");
         let expected =
-            [&raised, &format!("`{flag}`: stop"), &format!("`{flag}` is over"), "every objective is settled"];
+            [&raised, &format!("`{flag}`: avoid"), &format!("`{flag}` is over"), "every objective is settled"];
         ends(simulation, MissionOutcome::Success, &expected.map(|it: &str| it));
     }
     check("uncrewed", "12", "drone_near", "traffic.uncrewed_approach_m");

@@ -74,7 +74,11 @@ const STORIES: [(&str, &str, &str); 66] = [
     ("battery_stale", "simulation/tests/landing.rs", "nothing_lifts_off_before_the_battery_was_heard"),
     ("battery_hot", "simulation/tests/rules.rs", "a_battery_that_is_too_hot_brings_it_to_the_nearest_fit_place"),
     ("battery_hot_on_ground", "simulation/tests/rules.rs", "hot_on_the_ground_it_waits_until_its_cells_have_cooled"),
-    ("traffic_near", "simulation/tests/rules.rs", "it_holds_while_another_aircraft_passes"),
+    (
+        "traffic_near",
+        "simulation/tests/rules.rs",
+        "it_keeps_out_of_the_way_of_another_aircraft_and_goes_on_once_it_has_passed",
+    ),
     (
         "area_ahead",
         "simulation/tests/course.rs",
@@ -106,7 +110,7 @@ const STORIES: [(&str, &str, &str); 66] = [
     ("autopilot_not_ready", "simulation/tests/others.rs", "nothing_takes_off_until_the_autopilot_would_arm"),
     ("vessel_near", "simulation/tests/course.rs", "a_landing_waits_until_a_ship_below_has_passed"),
     ("drone_near", "simulation/tests/cases.rs", "it_holds_while_a_drone_and_a_ship_pass"),
-    ("path_deviated", "simulation/tests/course.rs", "who_is_led_beside_its_way_holds_and_flies_on_from_where_it_is"),
+    ("path_deviated", "simulation/tests/course.rs", "who_is_led_beside_its_way_is_told_of_and_flies_on_to_its_place"),
     (
         "consumption_high",
         "simulation/tests/cases.rs",

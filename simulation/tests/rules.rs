@@ -59,13 +59,13 @@ fn in_much_wind_nothing_takes_off_until_there_is_less() {
 }
 
 #[test]
-fn it_holds_while_another_aircraft_passes() {
+fn it_keeps_out_of_the_way_of_another_aircraft_and_goes_on_once_it_has_passed() {
     let mut simulation = when("step 3 of 5");
     // It crosses the way from north to south, 10 m higher.
     simulation.inject_fault("intruder", &["2000", "200", "20", "-40", "0"]);
     let expected = [
         "flag `traffic_near` raised: traffic.closest_approach_m ",
-        "`traffic_near`: stop",
+        "`traffic_near`: avoid",
         "`traffic_near` is over",
         "every objective is settled",
     ];

@@ -97,17 +97,47 @@ fn a_landing_that_is_ordered_without_a_place_on_the_way_home_is_one_at_a_listed_
     }
 }
 
-/// To be turned round once the product keeps away from traffic: see `simulation::chaos::oracle::KNOWN_FAULTS`.
+/// A flight of the reference mission with this traffic.
+#[track_caller]
+fn meets(at_s: u64, name: &str, args: &[&str]) -> Flight {
+    let args = args.iter().map(|it| (*it).to_owned()).collect();
+    let appears = (Duration::from_secs(at_s), Trouble::Fault { name: name.into(), args });
+    let script = Script::new(1, Choice::Configured, Policy::Grant, Machine::Ideal, vec![appears]);
+    let flight = fly(&script, &config()).unwrap();
+    assert_eq!(wrong(&flight), None, "{name}: {:?}", flight.story());
+    flight
+}
+
+fn count(flight: &Flight, what: &str) -> usize {
+    flight.decisions.iter().filter(|(_, it)| it.contains(what)).count()
+}
+
 #[test]
-fn a_rule_that_the_product_is_known_to_break_is_told_and_fails_no_run() {
-    let args = ["2000", "30", "crewed"].map(str::to_owned).to_vec();
-    let head_on = (Duration::from_secs(25), Trouble::Fault { name: "head_on".into(), args });
-    let script = Script::new(1, Choice::Configured, Policy::Grant, Machine::Ideal, vec![head_on]);
-    let flight = fly(&Script { settles: false, ..script }, &config()).unwrap();
-    assert_eq!(wrong(&flight), None);
-    let known: Vec<&str> = flight.known.iter().map(|it| it.what.as_str()).collect();
-    assert!(known.iter().any(|it| it.starts_with("`intruder-1` passed within")), "{known:?}");
-    assert_eq!(flight.figures.well_clear_lost, 1);
+fn what_comes_head_on_is_passed_well_aside() {
+    for at_s in [25, 45] {
+        let flight = meets(at_s, "head_on", &["2000", "30", "crewed"]);
+        assert_eq!(count(&flight, "flag `traffic_near` raised"), 1, "{:?}", flight.story());
+        assert_eq!(count(&flight, "out of the way, to"), 1, "{:?}", flight.story());
+    }
+}
+
+#[test]
+fn what_stands_is_flown_round_and_no_place_to_land_at() {
+    // Over the way, under way, and where the mission ends.
+    for (at_s, args) in [(5, ["20", "250", "20", "0", "0", "uncrewed"]), (40, ["0", "500", "0", "0", "0", "vessel"])] {
+        let flight = meets(at_s, "intruder", &args);
+        assert!(count(&flight, "_near` raised") <= 1, "{:?}", flight.story());
+        assert!(1 <= count(&flight, "nothing enters the"), "{:?}", flight.story());
+    }
+}
+
+#[test]
+fn nothing_takes_off_into_the_way_of_what_comes() {
+    // At 25 m/s from 1500 m away: it has passed after a minute.
+    let flight = meets(0, "intruder", &["-1500", "0", "30", "25", "0", "crewed"]);
+    let at = |what: &str| flight.decisions.iter().find(|(_, it)| it.contains(what)).map(|(at, _)| at.as_secs_f64());
+    let (over, off) = (at("`traffic_near` is over"), at("step 1 of"));
+    assert!(over.is_some() && over < off, "{over:?} {off:?}: {:?}", flight.story());
 }
 
 #[test]

@@ -41,6 +41,7 @@ pub mod survey;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;
 pub mod time;
+pub mod traffic;
 pub mod trust;
 pub mod way;
 pub mod wind_triangle;

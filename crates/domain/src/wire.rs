@@ -25,6 +25,7 @@ mod origin;
 pub mod permission;
 pub mod plan;
 mod skill;
+mod traffic;
 
 pub(crate) use feed::{feeds_from_wire, feeds_to_wire};
 

@@ -71,18 +71,10 @@ pub enum Rule {
 
 /// Rules that the product is known to break, each with where: they are judged, counted and reported, and fail no run. To mend a fault
 /// is to take its line away. Issue 44 has the faults.
-pub const KNOWN_FAULTS: [(Rule, &str); 4] = [
+pub const KNOWN_FAULTS: [(Rule, &str); 2] = [
     (
         Rule::Truth(truth::Rule::Ground),
         "ways and plans are flown at heights above the take-off point, whatever the height of a place is (domain/src/way.rs, planner/src/routing)",
-    ),
-    (
-        Rule::Truth(truth::Rule::Separation),
-        "a response to traffic stands still, and no traffic row counts on the ground (config/contingencies.toml: traffic_near, vessel_near)",
-    ),
-    (
-        Rule::Truth(truth::Rule::Flapping),
-        "the closest approach is that of the present velocity, which the response changes (monitor/src/traffic.rs, approach_m)",
     ),
     (
         Rule::Truth(truth::Rule::Progress),

@@ -316,7 +316,7 @@ fn is_over(simulation: &Simulation<'_>) -> bool {
 /// Whether the response of `row` brings the vehicle down: not where it is left to whoever flies, which a flag raised by hand has not
 /// made anybody do.
 fn comes_down(row: &Row) -> bool {
-    Severity::Return <= row.severity() && !LEFT_TO_OTHERS.contains(&row.flag.as_str())
+    row.severity().comes_down() && !LEFT_TO_OTHERS.contains(&row.flag.as_str())
 }
 
 /// The row that is answered.

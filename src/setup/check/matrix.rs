@@ -250,6 +250,7 @@ fn color(severity: Severity) -> &'static str {
         Severity::Slow => "#c5e1a5",
         Severity::Return => "#fff176",
         Severity::Divert => "#ffb74d",
+        Severity::Avoid => "#ff8a65",
         Severity::Land => "#f06292",
         Severity::Ditch => "#8d6e63",
         Severity::Terminate => "#37474f",

@@ -16,6 +16,8 @@ pub enum Severity {
     Return,
     /// Flies to the best place that can be reached, and lands there.
     Divert,
+    /// Keeps out of the way of what comes near.
+    Avoid,
     /// Lands where it is.
     Land,
     /// Comes down where no landing is possible, and is given up.
@@ -28,17 +30,23 @@ pub enum Severity {
 
 impl Severity {
     /// Every severity, the least first.
-    pub const ALL: [Severity; 9] = [
+    pub const ALL: [Severity; 10] = [
         Severity::Hold,
         Severity::Leave,
         Severity::Slow,
         Severity::Return,
         Severity::Divert,
+        Severity::Avoid,
         Severity::Land,
         Severity::Ditch,
         Severity::Terminate,
         Severity::Yield,
     ];
+
+    /// Whether it ends on the ground.
+    pub fn comes_down(self) -> bool {
+        Severity::Return <= self && self != Severity::Avoid
+    }
 
     /// As the table has it.
     pub fn name(self) -> &'static str {
@@ -48,6 +56,7 @@ impl Severity {
             Severity::Slow => "slow",
             Severity::Return => "return",
             Severity::Divert => "divert",
+            Severity::Avoid => "avoid",
             Severity::Land => "land",
             Severity::Ditch => "ditch",
             Severity::Terminate => "terminate",
@@ -63,6 +72,7 @@ impl Severity {
             Severity::Slow => "flies slower",
             Severity::Return => "flies to a landing site and lands",
             Severity::Divert => "flies to the best place that can be reached and lands",
+            Severity::Avoid => "keeps out of the way of what comes near",
             Severity::Land => "lands where it is",
             Severity::Ditch => "comes down where it is given up",
             Severity::Terminate => "comes down at once, whatever is below",
@@ -87,6 +97,9 @@ impl Severity {
             }
             Severity::Divert => {
                 "who diverts may not get home, where a return would insist on going; the best place may be home"
+            }
+            Severity::Avoid => {
+                "people in another aircraft come before this one: who diverts goes on once it has passed, which takes a minute or two"
             }
             Severity::Land => "what calls for a landing at once does not last for a way to any place",
             Severity::Ditch => {

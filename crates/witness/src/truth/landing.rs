@@ -15,7 +15,7 @@ const SURE: f64 = 0.03;
 /// So much above the reserve leaves time to wait: what cannot be undone comes last. (ENG: two and a half minutes of hovering.)
 const SLACK: f64 = 0.1;
 /// Rows that bring down what cannot fly on, and an operator's orders to land where the vehicle is.
-const AT_ONCE: [&str; 14] = [
+pub(super) const AT_ONCE: [&str; 14] = [
     "motor_failure",
     "attitude_exceeded",
     "sinking",

@@ -9,10 +9,11 @@ use domain::time::Time;
 use vehicle_sim::truth::Truth;
 
 use super::View;
+use super::landing::AT_ONCE;
 
 pub(super) const IN_WORDS: &str = "comes no nearer than 152 m over ground and 30 m in height to a crewed aircraft that was reported 40 s before \
-     (ASTM F3442: 500 ft and 100 ft are a near mid-air collision), does not take off into its way, and does not land within 30 m of traffic. \
-     Nearer than 610 m and 76 m (2000 ft and 250 ft, well clear) is counted";
+     (ASTM F3442: 500 ft and 100 ft are a near mid-air collision), does not take off into its way, and does not land within 30 m of traffic, or \
+     within 10 m of an aircraft without people, unless it cannot fly on. What is parked is in nobody's way. Nearer than 610 m and 76 m (2000 ft and 250 ft, well clear) is counted";
 
 /// A near mid-air collision, and well clear: over ground, in height.
 const COLLISION_M: (f64, f64) = (152.0, 30.0);
@@ -21,8 +22,11 @@ const WELL_CLEAR_M: (f64, f64) = (610.0, 76.0);
 const WARNED: Duration = Duration::from_secs(40);
 /// How far ahead a takeoff must be clear. (The monitor's `AHEAD_S`.)
 const AHEAD_S: f64 = 60.0;
-/// A ship's length.
+/// A ship's length, or a rotor's wash; what a landing is off by.
 const BESIDE_M: f64 = 30.0;
+const BESIDE_UNCREWED_M: f64 = 10.0;
+/// What is slower than this no higher above the ground than that is parked.
+const PARKED: (f64, f64) = (0.5, 5.0);
 
 #[derive(Debug, Default)]
 pub(super) struct Separation {
@@ -48,10 +52,11 @@ impl Separation {
         if view.touched_down() {
             let beside = truth.traffic.iter().find(|it| {
                 let known_since = self.others.get(&it.id).map(|it| it.since);
-                it.position.horizontal_distance_m(truth.position) < BESIDE_M
+                let beside_m = if it.kind == TrafficKind::Uncrewed { BESIDE_UNCREWED_M } else { BESIDE_M };
+                it.position.horizontal_distance_m(truth.position) < beside_m
                     && known_since.is_some_and(|it| it + WARNED < now)
             });
-            if let Some(it) = beside {
+            if let Some(it) = beside.filter(|_| !AT_ONCE.contains(&view.heard.manager.acting.as_str())) {
                 return Some(format!(
                     "it landed {:.0} m from `{}`",
                     it.position.horizontal_distance_m(truth.position),
@@ -80,7 +85,7 @@ impl Separation {
         let known = self.others.entry(it.id.clone()).or_insert(new);
         let (over_ground_m, height_m) = away_m(it, truth);
         let within = |(over_ground, height): (f64, f64)| over_ground_m < over_ground && height_m < height;
-        if it.kind != TrafficKind::Crewed {
+        if it.kind != TrafficKind::Crewed || is_parked(it, truth) {
             return None;
         }
         if within(WELL_CLEAR_M) && !std::mem::replace(&mut known.lost_well_clear, true) {
@@ -98,7 +103,13 @@ impl Separation {
 }
 
 fn crewed(truth: &Truth) -> impl Iterator<Item = &TransponderReport> {
-    truth.traffic.iter().filter(|it| it.kind == TrafficKind::Crewed)
+    truth.traffic.iter().filter(|it| it.kind == TrafficKind::Crewed && !is_parked(it, truth))
+}
+
+/// Whether it stands on the ground of the take-off point, or on that below the vehicle.
+fn is_parked(it: &TransponderReport, truth: &Truth) -> bool {
+    let (speed_m_s, height_m) = PARKED;
+    it.velocity.speed_m_s() < speed_m_s && it.position.height_m() < truth.ground_m.max(0.0) + height_m
 }
 
 /// Over ground, and in height.

@@ -140,12 +140,22 @@ fn it_takes_off_into_nobodys_way_and_lands_on_nobody() {
     };
     takes_off(other(TrafficKind::Crewed, 1500.0, -30.0)).check(&[Rule::Separation]);
     takes_off(other(TrafficKind::Crewed, 1500.0, 30.0)).check(&[]);
+    // It is parked beside it.
+    let parked = TransponderReport { position: Ned::new(30.0, 100.0, 0.0), ..other(TrafficKind::Crewed, 0.0, 0.0) };
+    takes_off(parked.clone()).check(&[]);
+    Story::new().flies(90, move |it| it.traffic = vec![parked.clone()]).check(&[]);
     let lands = |east_m: f64| {
         let ship = other(TrafficKind::Vessel, east_m, 0.0);
         Story::new().flies(50, move |it| it.traffic = vec![ship.clone()]).lands()
     };
     lands(110.0).check(&[Rule::Separation]);
     lands(160.0).check(&[]);
+    let drone = other(TrafficKind::Uncrewed, 120.0, 0.0);
+    Story::new().flies(50, move |it| it.traffic = vec![drone.clone()]).lands().check(&[]);
+    let ship = other(TrafficKind::Vessel, 110.0, 0.0);
+    let mut falls = Story::new();
+    falls.manager.acting = "motor_failure".into();
+    falls.flies(50, move |it| it.traffic = vec![ship.clone()]).lands().check(&[]);
 }
 
 #[test]

@@ -22,4 +22,7 @@ pub struct Config {
     pub position_frozen_samples: NonZeroU32,
     /// The same for the battery. Ours: a second at 99 Hz, since its sensors are coarser.
     pub battery_frozen_samples: NonZeroU32,
+    /// The ids under which a receiver reports the vehicle itself, and the ship that it flies from: no traffic. An echo that is always
+    /// where the vehicle is, and as fast, needs no entry.
+    pub own_transponders: Vec<String>,
 }

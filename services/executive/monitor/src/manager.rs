@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use domain::geometry::Ned;
 use domain::time::{Pace, Time};
 use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
@@ -22,6 +23,8 @@ pub(crate) struct Outlook {
     pub(crate) cancel_s: Option<f64>,
     pub(crate) operator_s: Option<f64>,
     pub(crate) plan_s: Option<f64>,
+    /// Where the mission leads next, and how fast, in metres per second.
+    pub(crate) intends: Option<(Ned, f64)>,
 }
 
 impl TryFrom<&v1::McmStatus> for Outlook {
@@ -39,7 +42,15 @@ impl TryFrom<&v1::McmStatus> for Outlook {
             cancel_s: progress.map(|it| it.cancel_s),
             operator_s: progress.map(|it| it.operator_s),
             plan_s: progress.map(|it| it.plan_s),
+            intends: match progress.and_then(|it| it.goal) {
+                Some(goal) => Some((goal.try_into()?, progress.map_or(0.0, |it| it.goal_speed_m_s))),
+                None => None,
+            },
         };
+        if let Some((_, value)) = outlook.intends.filter(|(_, speed_m_s)| !(0.1..=200.0).contains(speed_m_s)) {
+            let (field, expected) = ("progress.goal_speed_m_s", "0.1 to 200 m/s");
+            return Err(InvalidMessage::OutOfRange { field, value: format!("{value:?}"), expected });
+        }
         let values = [
             ("energy.home.margin", outlook.home_margin_percent),
             ("energy.best.margin", outlook.place_margin_percent),

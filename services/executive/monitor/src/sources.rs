@@ -7,6 +7,7 @@
 use std::num::NonZeroU32;
 use std::time::Duration;
 
+use domain::area::Area;
 use domain::contingency::snapshot::{Field, Fields, Snapshot};
 use domain::contingency::source::DataSource;
 use domain::flight_state::{Evidence, FlightState, Motors};
@@ -14,8 +15,10 @@ use domain::fmu::{
     Attitude, Battery, FlightMode, GlobalPosition, LandDetected, LocalPosition, PreEmption, Status, TrafficKind,
     TransponderReport, Wind,
 };
+use domain::geometry::Ned;
 use domain::quantity::Positive;
 use domain::time::{Now, Pace, Time};
+use domain::traffic::Mover;
 
 use crate::away::Away;
 use crate::clock::Clock;
@@ -25,7 +28,7 @@ use crate::jumps::Jumps;
 use crate::manager::{HeardOutlook, Outlook};
 use crate::silence::{counted_s, reached_after};
 use crate::touchdown::Touchdown;
-use crate::traffic::Traffic;
+use crate::traffic::{Own, Traffic};
 
 /// A wind that was estimated longer ago, in wall time, is not known any more. (ENG: ten estimates at 1 Hz.)
 const WIND_SILENT: Duration = Duration::from_secs(10);
@@ -210,7 +213,7 @@ impl Sources {
             battery: Source::of_measurements(config.battery_frozen_samples, |a, b| a.current_a.is_some() && a == b),
             // An average of some seconds of still air may stay as it is.
             wind: Source::of_states(),
-            traffic: Traffic::default(),
+            traffic: Traffic::except(&config.own_transponders),
             clock: Clock::default(),
             away: Away::default(),
             gusts: Gusts::new(pace),
@@ -271,7 +274,11 @@ impl Sources {
                 self.gusts.feel(now, it);
                 return self.wind.take(now, it, armed);
             }
-            Sample::Traffic(it) => return self.traffic.hear(now, self.pace, it),
+            Sample::Traffic(it) => {
+                let intends = self.outlook(now).intends;
+                let own = own(&self.local_position, intends);
+                return self.traffic.hear(now, self.pace, own, it);
+            }
             // The newest contact counts: had the ground heard the vehicle later, it would say so.
             Sample::GroundContact { ago, record_fails } => {
                 self.record_fails = Some(record_fails);
@@ -465,8 +472,19 @@ impl Sources {
 
     /// How close traffic of this kind comes, in metres; `None` while the vehicle's own place is not known.
     pub(crate) fn closest_approach_m(&self, now: Time, kind: TrafficKind) -> Option<f64> {
-        let own = self.local_position.latest().filter(|it| it.horizontal_valid && it.vertical_valid)?;
+        let own = own(&self.local_position, self.outlook(now).intends)?;
         Some(self.traffic.closest_approach_m(now, self.pace, own, kind))
+    }
+
+    /// The traffic that comes near.
+    pub(crate) fn near_traffic(&self, now: Time) -> Vec<Mover> {
+        let own = own(&self.local_position, self.outlook(now).intends);
+        own.map(|own| self.traffic.near(now, self.pace, own)).unwrap_or_default()
+    }
+
+    /// The areas that are taken by traffic that stands.
+    pub(crate) fn occupied(&self, now: Time) -> Vec<Area> {
+        self.traffic.occupied(now, self.pace)
     }
 
     /// Armed, by the newest status.
@@ -483,6 +501,12 @@ impl Sources {
     pub(crate) fn contradicts_detector(&self) -> Option<bool> {
         self.flight.contradicts_detector()
     }
+}
+
+/// Where the vehicle is, and how it may move; `None` while its place is not known.
+fn own(local: &Source<LocalPosition>, intends: Option<(Ned, f64)>) -> Option<Own<'_>> {
+    let local = local.latest().filter(|it| it.horizontal_valid && it.vertical_valid)?;
+    Some(Own { local, intends })
 }
 
 /// Whether the autopilot's own time stands still; one that tells none may be all right.

@@ -68,6 +68,8 @@ pub(crate) fn introspection(now: Time, sources: &Sources, flags: &[Flag], flags_
         wind: sources.wind(now).map(Into::into),
         undecided_flags: undecided,
         flags_changed,
+        traffic: sources.near_traffic(now).into_iter().map(Into::into).collect(),
+        occupied: sources.occupied(now).iter().map(Into::into).collect(),
     }
 }
 

@@ -12,7 +12,7 @@ pub(super) fn check_end(source: &Source, entry: &Entry, actions: &Actions, mista
     let severity = |name: &Spanned<String>| find(actions, name.as_ref()).map(|it| it.severity);
     // Who flies it brings it down.
     let is_left = LEFT_TO_OTHERS.contains(&entry.flag.as_ref().as_str());
-    let brings_down = !is_left && entry.actions.as_ref().iter().filter_map(severity).any(|it| Severity::Return <= it);
+    let brings_down = !is_left && entry.actions.as_ref().iter().filter_map(severity).any(Severity::comes_down);
     if brings_down && severity(&entry.emergency).is_some_and(|it| it < Severity::Land) {
         let flag = entry.flag.as_ref();
         let message = format!(
@@ -55,7 +55,7 @@ pub(super) fn check_yields(source: &Source, entry: &Entry, actions: &Actions, mi
 /// Without such a row nothing would bring down a vehicle in the air.
 pub(super) fn check_brings_down(source: &Source, entry: &Entry, actions: &Actions, mistakes: &mut Vec<Mistake>) {
     let flag = entry.flag.as_ref();
-    let ends = |name: &Spanned<String>| find(actions, name.as_ref()).is_some_and(|it| Severity::Return <= it.severity);
+    let ends = |name: &Spanned<String>| find(actions, name.as_ref()).is_some_and(|it| it.severity.comes_down());
     if !ends(&entry.emergency) {
         let message = format!("`{flag}` brings the vehicle down, and its emergency action does not");
         let help = "name an action of severity return, land or ditch";

@@ -9,6 +9,7 @@ use crate::world::World;
 
 mod act;
 mod ask_ahead;
+mod avoid;
 mod check;
 mod contingency;
 mod end_mission;
@@ -43,6 +44,7 @@ pub(crate) fn registry(table: Option<&Contingencies>) -> Registry<World> {
     registry.action("Land", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Land)));
     registry.action("Stop", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Stop)));
     registry.action("HoldPosition", [], |_| Ok(act::Act::hold_position()));
+    registry.action("Avoid", [], |_| Ok(avoid::Avoid::default()));
     registry.action("Climb", [], |_| Ok(act::Act::climb()));
     registry.action("FlyHome", [], |_| Ok(FlyTo::new(Destination::Home)));
     registry.action("FlyToLandingSite", [], |_| Ok(FlyTo::new(Destination::LandingSite)));

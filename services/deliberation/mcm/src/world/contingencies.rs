@@ -37,6 +37,7 @@ impl World {
             }
         }
         self.watch_control();
+        self.watch_traffic();
         self.watch_airspace();
         self.watch_for_the_ground();
         // Also while a response holds, as an operator's pause does.

@@ -153,7 +153,7 @@ impl World {
 
     /// Whether a response is under way that brings the vehicle down.
     pub(super) fn comes_down(&self) -> bool {
-        self.actions_left().first().is_some_and(|it| Severity::Return <= it.severity)
+        self.actions_left().first().is_some_and(|it| it.severity.comes_down())
     }
 
     /// Records what is forbidden from now on, and what no longer is.

@@ -44,6 +44,7 @@ impl World {
             Message::Introspection(mut introspection) => {
                 self.monitor.spoke = Some(now);
                 let vehicle = Vehicle::from_wire(now, &introspection, &mut self.seen.flight);
+                let traffic = self.seen.traffic.hear(&mut introspection);
                 self.monitor.told.hear(&introspection, now);
                 let flags = std::mem::take(&mut introspection.flags).into_iter();
                 let undecided = std::mem::take(&mut introspection.undecided_flags).into_iter().collect();
@@ -51,6 +52,7 @@ impl World {
                 if let Some(vehicle) = vehicle? {
                     self.monitor.news.add_vehicle(vehicle);
                 }
+                traffic?;
             }
             Message::SkillEvent(event) => {
                 let event = SkillEvent::try_from(event)?;

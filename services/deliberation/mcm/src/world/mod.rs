@@ -62,6 +62,7 @@ mod situation;
 mod start;
 mod status;
 mod steps;
+mod traffic;
 mod ways;
 
 pub(crate) use airspace::WhatMayBeEntered;
@@ -83,6 +84,7 @@ pub(crate) use response_way::ResponseWay;
 use responses::ActiveResponse;
 pub(crate) use responses::Reset;
 pub(crate) use status::Reporter;
+use traffic::SeenTraffic;
 pub(crate) use ways::{Stay, WayOut};
 
 /// The source of flags that the manager raises itself.
@@ -136,6 +138,8 @@ struct Seen {
     confirmed: ConfirmedState,
     /// What the flight takes against the vehicle's figures.
     consumption: Consumption,
+    /// Other traffic, as the monitor has told last.
+    traffic: SeenTraffic,
     /// Whether it flies; `None` before it is seen, if nothing was restored.
     flies: Option<Known<bool>>,
     /// Since when it is on the ground, with its motors on and with its motors off.
@@ -241,6 +245,7 @@ impl World {
                 flight: FlightJudge::new(limits.pace),
                 confirmed: ConfirmedState::default(),
                 consumption: Consumption::default(),
+                traffic: SeenTraffic::default(),
                 flies: None,
                 armed_on_ground_since: None,
                 at_rest_since: None,

@@ -41,9 +41,10 @@ impl World {
         self.mission.started_s.get_or_insert(self.mission.clock.seconds(self.now.time.as_secs_f64()));
     }
 
-    /// What the planner is to know of permissions now.
+    /// What the planner is to know of permissions and areas now.
     pub(super) fn basis(&self) -> Basis {
-        Basis { revision: self.permissions.revision(), held: self.enterable() }
+        let areas_id = self.planner.mission().areas().id().to_owned();
+        Basis { revision: self.permissions.revision(), held: self.enterable(), areas_id }
     }
 
     /// No plan is wanted any more.

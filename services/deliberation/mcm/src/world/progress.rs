@@ -98,17 +98,27 @@ impl World {
         Some(WatchedLeg { skill_id, from, turn, to: target, since: self.now.time, expected_s })
     }
 
+    /// Where the mission leads next, and how fast, also while a response flies.
+    fn leads_next(&self) -> Option<(Ned, f64)> {
+        let goal = self.planner.step().map(|(step, ..)| step.nominal.goal).or_else(|| self.planner.interrupted_goal());
+        let Some(Goal::Position { target, speed_limit_m_s, .. }) = goal else { return None };
+        Some((target, speed_limit_m_s))
+    }
+
     /// What rules read; `None` on the ground.
     pub(super) fn told_progress(&self) -> Option<v1::FlightProgress> {
         let vehicle = self.seen.vehicle.filter(|it| it.flying)?;
         let (watch, now) = (&self.watch.progress, self.now.time);
         let since_s = |it: Option<Time>| it.map_or(0.0, |since| (now - since).as_secs_f64());
+        let goal = self.leads_next();
         Some(v1::FlightProgress {
             path_deviation_m: watch.leg.map(|it| it.deviation_m(vehicle.position)),
             overrun: watch.leg.and_then(|it| it.overrun(now)),
             cancel_s: since_s(self.skills.cancelling_since()),
             operator_s: since_s(watch.operator_since),
             plan_s: since_s(watch.plan_since),
+            goal: goal.map(|(goal, _)| goal.into()),
+            goal_speed_m_s: goal.map_or(0.0, |(_, speed_m_s)| speed_m_s),
         })
     }
 }

@@ -64,8 +64,8 @@ impl World {
         self.planner.fail(self.now.time, reason, denials, self.setup.limits.retry_pause);
     }
 
-    /// The present step is given up because another behavior comes first. An order, or a response that only holds the vehicle,
-    /// says nothing about the step, and in the air holding ends with the battery at the latest. A takeoff that a flag stops is
+    /// The present step is given up because another behavior comes first. An order, or a response that only holds the vehicle or
+    /// gets it out of somebody's way, says nothing about the step, and in the air holding ends with the battery at the latest. A takeoff that a flag stops is
     /// one of the few that are tried: nothing else ends its repetition.
     pub(crate) fn step_interrupted(&mut self) {
         let takes_off = self.planner.step().is_some_and(|(step, ..)| matches!(step.nominal.goal, Goal::Takeoff { .. }));
@@ -73,7 +73,8 @@ impl World {
             Some(row) => {
                 let (flag, row) = (self.flags.name(row), &self.setup.table.rows()[row]);
                 let is_of_others = LEFT_TO_OTHERS.contains(&row.flag.as_str());
-                let only_holds = is_of_others || (row.only_holds() && !takes_off);
+                let goes_on = row.only_holds() || row.severity() == Severity::Avoid;
+                let only_holds = is_of_others || (goes_on && !takes_off);
                 (["interrupted by `", flag, "`"].concat(), !is_order(flag) && !only_holds)
             }
             None => ("interrupted".to_owned(), true),

@@ -16,6 +16,7 @@ use node::{Effect, Event, Node};
 const CONFIG: &str = "
     introspection_rate_hz = 100.0
     absent_after_s = 5.0
+    own_transponders = []
     attitude_frozen_samples = 120
     position_frozen_samples = 60
     battery_frozen_samples = 100

@@ -1,5 +1,6 @@
 //! The mission that is flown, as far as it has come. The manager keeps it, and each question to the planner carries it.
 
+use domain::area::Area;
 use domain::geodesy::Origin;
 use domain::mission::{Mission, MissionAreas};
 use domain::plan::{self, Course, FlownStep, MissionStatus, Step};
@@ -9,7 +10,8 @@ use domain::wire::InvalidMessage;
 use domain::wire::plan::course;
 use kittiwake_proto::v1;
 
-/// The mission, the planner's notes, its areas, and what was flown since the notes.
+/// The mission, the planner's notes, its areas, and what was flown since the notes. Areas that are taken by traffic that stands
+/// come on top: they are kept out of, and belong to no mission.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct FlownMission {
     /// Without areas and steps.
@@ -17,6 +19,9 @@ pub(crate) struct FlownMission {
     /// `None` before the planner's first answer.
     notes: Option<v1::PlannerNotes>,
     areas: MissionAreas,
+    /// What is taken by traffic that stands, and those areas with it; `None`: nothing is.
+    taken: Vec<Area>,
+    with_taken: Option<MissionAreas>,
     /// Whether the planner is thought to know the areas.
     are_areas_told: bool,
     /// First flown first.
@@ -39,9 +44,28 @@ impl FlownMission {
         &self.status
     }
 
-    /// Its areas.
+    /// Its areas, and those that are taken by traffic that stands.
     pub(crate) fn areas(&self) -> &MissionAreas {
-        &self.areas
+        self.with_taken.as_ref().unwrap_or(&self.areas)
+    }
+
+    /// The areas that are taken by traffic that stands.
+    pub(crate) fn taken(&self) -> &[Area] {
+        &self.taken
+    }
+
+    /// Traffic that stands takes these areas from now on.
+    pub(crate) fn take(&mut self, taken: Vec<Area>) {
+        self.taken = taken;
+        self.lay_over();
+        self.are_areas_told = false;
+    }
+
+    fn lay_over(&mut self) {
+        self.with_taken = (!self.taken.is_empty()).then(|| {
+            let all: Vec<Area> = self.areas.areas().iter().chain(&self.taken).cloned().collect();
+            MissionAreas::of(&all, self.areas.feeds())
+        });
     }
 
     /// Counts changes.
@@ -74,8 +98,8 @@ impl FlownMission {
             vehicle_origin,
             mission: self.status.clone(),
             notes: self.notes.clone(),
-            areas_id: self.areas.id().to_owned(),
-            areas: sends_areas.then(|| self.areas.encoded().clone()),
+            areas_id: self.areas().id().to_owned(),
+            areas: sends_areas.then(|| self.areas().encoded().clone()),
             flown: self.flown.clone(),
             rest,
         };
@@ -101,7 +125,14 @@ impl FlownMission {
 
     /// It has other areas, which the planner has named itself.
     pub(crate) fn replace_areas(&mut self, areas: MissionAreas) {
-        (self.areas, self.are_areas_told) = (areas, true);
+        // What was taken was among those that it was asked about.
+        let kept = |it: &&Area| !self.taken.contains(it);
+        self.areas = match areas.areas().iter().all(|it| kept(&it)) {
+            true => areas,
+            false => MissionAreas::of(&areas.areas().iter().filter(kept).cloned().collect::<Vec<_>>(), areas.feeds()),
+        };
+        self.lay_over();
+        self.are_areas_told = self.taken.is_empty();
     }
 
     /// The steps that were flown are of a plan for what was changed.

@@ -136,7 +136,8 @@ impl Client {
         if !may_ask || self.present().is_some() {
             return;
         }
-        let basis = Basis { revision: 0, held: held.then(|| "A".to_owned()).into_iter().collect() };
+        let basis =
+            Basis { revision: 0, held: held.then(|| "A".to_owned()).into_iter().collect(), areas_id: String::new() };
         let viewpoint = Viewpoint { at: Now { time: self.now, utc_ms: 0 }, state: state(), origin: None };
         self.planner.ask_for_plan(viewpoint, (basis, Grants::new()), 1.5, SECOND, &mut self.outbox);
         if let PlanRequest::Asked(question) = self.planner.request() {
@@ -167,7 +168,7 @@ impl Client {
         let is_awaited = self.planner.request().awaits(&id).is_some();
         let version = self.planner.mission().version();
         let before = format!("{:?}", self.planner);
-        let basis = Basis { revision: 0, held: Vec::new() };
+        let basis = Basis { revision: 0, held: Vec::new(), areas_id: String::new() };
         let policy = ApprovalPolicy { plans: self.approval, limit: SECOND };
         let said = self.planner.on_plan(self.now, &id, reply, SECOND, (basis, |_: &Question| holds), policy);
         if !is_awaited {

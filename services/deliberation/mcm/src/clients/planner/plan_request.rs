@@ -69,13 +69,15 @@ impl Question {
     }
 }
 
-/// What the planner knew of permissions when it was asked.
+/// What the planner knew of permissions and areas when it was asked.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Basis {
     /// Counts the tower's decisions.
     pub(crate) revision: u64,
     /// The areas that could be entered, without those whose permission is about to expire.
     pub(crate) held: Vec<String>,
+    /// Tells the areas from others.
+    pub(crate) areas_id: String,
 }
 
 /// An event for the request. Answers name the request they answer.
@@ -191,6 +193,7 @@ mod tests {
         check(Question { state: at(0.0, false), ..question("r2") }, false);
         check(Question { basis: Basis { revision: 2, ..basis() }, ..question("r2") }, false);
         check(Question { basis: Basis { held: vec!["A".into()], ..basis() }, ..question("r2") }, false);
+        check(Question { basis: Basis { areas_id: "other".into(), ..basis() }, ..question("r2") }, false);
         let failed = Failure { reason: "why".into(), interrupted: false };
         check(Question { failed: Some(failed), ..question("r2") }, false);
         check(Question { version: 1, ..question("r2") }, false);
@@ -198,7 +201,7 @@ mod tests {
     }
 
     fn basis() -> Basis {
-        Basis { revision: 1, held: Vec::new() }
+        Basis { revision: 1, held: Vec::new(), areas_id: "some".into() }
     }
 
     fn name(request: &PlanRequest) -> &'static str {

@@ -1,0 +1,81 @@
+//! Other traffic: where what stands is not flown, and how what comes near is kept out of the way of.
+
+use std::time::Duration;
+
+use domain::area::Area;
+use domain::traffic::{Evasion, Mover, evade};
+use domain::wire::InvalidMessage;
+use kittiwake_proto::v1;
+
+use super::World;
+
+/// What stands is taken to stand for this long yet, in mission time; told again after half of that time. (ENG: a plan waits for its end, and
+/// for no end that is later than `hold_at_most_s` of [planner]; once the traffic is gone it is made again.)
+const STANDS_ON: Duration = Duration::from_secs(100);
+
+/// What the monitor tells of traffic.
+#[derive(Debug, Default)]
+pub(super) struct SeenTraffic {
+    near: Vec<Mover>,
+    told: Vec<v1::Area>,
+    occupied: Vec<Area>,
+}
+
+impl SeenTraffic {
+    /// Takes in what an introspection tells.
+    pub(super) fn hear(&mut self, introspection: &mut v1::Introspection) -> Result<(), InvalidMessage> {
+        let near = std::mem::take(&mut introspection.traffic);
+        self.near = near.into_iter().map(Mover::try_from).collect::<Result<_, _>>()?;
+        // A hundred times a second, and mostly the same.
+        if introspection.occupied != self.told {
+            let told = std::mem::take(&mut introspection.occupied);
+            self.occupied = told.iter().cloned().map(Area::try_from).collect::<Result<_, _>>()?;
+            self.told = told;
+        }
+        Ok(())
+    }
+}
+
+impl World {
+    /// Keeps out of what is taken by traffic that stands, as out of any area.
+    pub(super) fn watch_traffic(&mut self) {
+        let taken = self.planner.mission().taken();
+        let occupied = &self.seen.traffic.occupied;
+        if taken.is_empty() && occupied.is_empty() {
+            return;
+        }
+        let ms = |mission: Duration| self.setup.limits.pace.to_wall(mission).as_millis() as i64;
+        let (until_ms, renewed_ms) = (self.now.utc_ms + ms(STANDS_ON), self.now.utc_ms + ms(STANDS_ON / 2));
+        let is_same = |it: &Area, known: &Area| *it == Area { until_utc_ms: None, ..known.clone() };
+        let lasts = |known: &Area| known.until_utc_ms.is_some_and(|it| renewed_ms < it);
+        let is_known = |it: &Area| taken.iter().any(|known| is_same(it, known) && lasts(known));
+        if taken.len() == occupied.len() && occupied.iter().all(is_known) {
+            return;
+        }
+        let was_taken = |it: &&Area| taken.iter().any(|known| known.name == it.name);
+        let begin = occupied.iter().filter(|it| !was_taken(it)).map(|it| format!("nothing enters {}", it.name));
+        let is_taken = |it: &&Area| occupied.iter().any(|other| other.name == it.name);
+        let end = taken.iter().filter(|it| !is_taken(it)).map(|it| format!("{} is free", it.name));
+        let said: Vec<String> = begin.chain(end).collect();
+        let taken = occupied.iter().map(|it| Area { until_utc_ms: Some(until_ms), ..it.clone() }).collect();
+        self.planner.mission_mut().take(taken);
+        self.watch.airspace.invalidate();
+        said.into_iter().for_each(|it| self.say("traffic", it));
+    }
+
+    /// How the vehicle keeps out of the way of what comes near; `chosen` before. `None`: its position is not known.
+    pub(crate) fn evasion(&self, chosen: Option<Evasion>) -> Option<Evasion> {
+        let here = self.seen.vehicle?.position;
+        let limits = self.flight_limits();
+        let ground_m = self.sites().map(|it| it.height_m()).fold(0.0, f64::max);
+        let lowest_m = ground_m + limits.least_height_m;
+        let may_fly = |to| self.breach_towards(to, limits.speeds.cruise_m_s).is_none();
+        let may_land = self.areas_that_forbid_landing(here).is_empty() && self.landing_forbidden_by(here).is_none();
+        Some(evade(here, &self.seen.traffic.near, &limits.speeds, lowest_m, chosen, may_fly, may_land))
+    }
+
+    /// Whether what the response is about still holds.
+    pub(crate) fn has_cause(&self) -> bool {
+        self.response_row().and_then(|row| self.flags.of_row(row)).is_some_and(|it| it.holds())
+    }
+}
