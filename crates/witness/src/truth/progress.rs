@@ -9,12 +9,12 @@ use kittiwake_proto::v1::{self, SkillKind};
 
 use super::View;
 
-pub(super) const IN_WORDS: &str = "does not stay within 30 m in the air for 600 s, but at a place where a stay is asked for and by an operator's pause \
-     (the table's `operator_silent`, the longest that anybody is waited for); does not fly on for 120 s at less than 3.4 m/s, a third of its \
+pub(super) const IN_WORDS: &str = "does not stay within 30 m in the air for 660 s, but at a place where a stay is asked for and by an operator's pause \
+     (the table's `operator_silent`, the longest that anybody is waited for, 600 s, and a minute to come to rest and to leave); does not fly on for 120 s at less than 3.4 m/s, a third of its \
      speed, while no flag is up (issue 44, P4)";
 
 const PLACE_M: f64 = 30.0;
-const LONG: Duration = Duration::from_secs(600);
+const LONG: Duration = Duration::from_secs(660);
 /// A third of the cruise speed, and for how long. (A transition is flown at 4 m/s, a narrowed flight at 5.)
 const SLOW_M_S: f64 = 3.4;
 const SLOW_FOR: Duration = Duration::from_secs(120);
