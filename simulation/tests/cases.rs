@@ -202,3 +202,35 @@ fn a_pause_that_nobody_ends_ends_at_home() {
     assert!(simulation.fly_until("flag `operator_silent` raised: operator.awaited_s 600.", s(620)));
     ends(simulation, MissionOutcome::Emergency, &["`operator_silent`: return_home"]);
 }
+
+#[test]
+fn a_hold_after_an_autopilots_restart_ends() {
+    let mut simulation = when("step 4 of 5");
+    simulation.inject_fault("restart_autopilot", &["holds"]);
+    // Nothing is flown to where places cannot be compared: it lands where it is.
+    let expected = [
+        "`frame_moved`: stop",
+        "flag `operator_silent` raised: operator.awaited_s 600.",
+        "`operator_silent`: return_home",
+        "it needs a position, and `frame_moved` is up",
+        "`operator_silent`: land_elsewhere failed (try 2 of 2): it needs a position",
+    ];
+    assert!(simulation.fly_until("flag `operator_silent` raised", s(640)), "{}", simulation.decision_log());
+    ends(simulation, MissionOutcome::Emergency, &expected);
+}
+
+#[test]
+fn blown_away_faster_than_it_flies_it_lands_where_it_is() {
+    let mission = format!("{}{}", objective("look", 800.0, 10.0), objective("home", 0.0, 0.0));
+    let mut simulation = flown_until("blown", &mission, |it| 400.0 < it.east_m);
+    simulation.inject_fault("wind", &["0", "16.5"]);
+    let begun = simulation.now();
+    let expected = [
+        "`wind_too_strong`: return_home",
+        "`wind_too_strong`: return_home failed (try 1 of 2): the wind has been 1",
+        "`wind_too_strong`: land_elsewhere failed (try 1 of 2): the wind has been 1",
+    ];
+    assert!(simulation.fly_until("land_elsewhere failed", s(60)), "{}", simulation.decision_log());
+    ends(&mut simulation, MissionOutcome::Emergency, &expected);
+    assert!(simulation.now() - begun < s(200), "{}", simulation.decision_log());
+}

@@ -6,6 +6,7 @@ use std::time::Duration;
 use control_tower::policy::Policy;
 use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision, MissionOutcome};
+use simulation::Simulation;
 
 use crate::stories::support::story::{LIMIT, ends, s, when};
 use crate::stories::support::{config_with, mission_file, simulation, simulation_of};
@@ -36,16 +37,56 @@ fn who_is_led_beside_its_way_is_told_of_and_flies_on_to_its_place() {
 
 #[test]
 fn a_leg_that_takes_too_long_is_told_and_flown_to_its_end() {
-    // A kilometre takes 100 s at 10 m/s, 182 s at 5.5 m/s, and counts as timed out after 220 s.
+    // 55 % of the speed that is asked for.
     let mut simulation =
         simulation(Some(&mission_file("slow", &format!("name = \"slow\"\n{}", objective(1000.0)))), Policy::Grant);
     simulation.inject_fault("slow_flight", &["5.5"]);
     let expected = [
-        "flag `skill_overruns` raised: skill.overrun_percent ",
+        "flag `skill_overruns` raised: skill.pace_percent 5",
         "`skill_overruns` is over",
         "every objective is settled",
     ];
     ends(simulation, MissionOutcome::Success, &expected);
+}
+
+#[test]
+fn a_return_at_a_quarter_of_its_speed_is_reported_and_not_given_up() {
+    let text = format!("name = \"slow\"\n{}{}", flying("out", 600.0), objective(0.0));
+    let mut simulation = simulation(Some(&mission_file("slow-return", &text)), Policy::Grant);
+    while simulation.position().is_none_or(|it| it.east_m < 500.0) {
+        simulation.pass(s(1));
+    }
+    simulation.inject_fault("slow_flight", &["2.5"]);
+    simulation.order(Verb::Return(v1::ReturnHome { overrides: false }));
+    let expected = ["`operator_return`: return_home", "flag `skill_overruns` raised: skill.pace_percent 2"];
+    ends(&mut simulation, MissionOutcome::Emergency, &expected);
+    let log = simulation.decision_log();
+    assert!(!log.contains("failed (try") && simulation.position().is_some_and(|it| it.east_m < 5.0), "{log}");
+}
+
+#[test]
+fn while_a_plan_waits_for_approval_the_vehicle_rests() {
+    let config =
+        config_with("approved", &[("plan_approval", "\"each-plan\""), ("plan_approval_default", "\"approve\"")]);
+    let text = format!("name = \"far\"\n{}{}", flying("out", 1500.0), objective(0.0));
+    let mut simulation = simulation_of(&config, Some(&mission_file("far", &text)), Policy::Grant);
+    while simulation.position().is_none_or(|it| it.east_m < 300.0) {
+        simulation.pass(s(1));
+    }
+    // Another mission, in the other direction.
+    let text = format!("name = \"back\"\n{}{}", flying("back", -200.0), objective(0.0));
+    simulation.ask(v1::mission_request::Request::Upload(v1::MissionText { text, wind: None }));
+    simulation.pass(s(15));
+    let [before, after] = [0, 40].map(|more_s| {
+        simulation.pass(s(more_s));
+        simulation.position().expect("it flies").east_m
+    });
+    assert!((before - after).abs() < 2.0 && after < 350.0, "{before} m, {after} m:\n{}", simulation.decision_log());
+    ends(
+        simulation,
+        MissionOutcome::Success,
+        &["waits for approval", "waits for approval", "every objective is settled"],
+    );
 }
 
 #[test]
@@ -68,8 +109,8 @@ fn in_the_air_for_an_hour_it_comes_home() {
     ends(simulation, MissionOutcome::Emergency, &expected);
 }
 
-#[test]
-fn with_every_way_closed_for_five_minutes_it_gives_the_mission_up() {
+/// Beside its place in the air, with every way out closed until 460 s.
+fn closed_in() -> Simulation<'static> {
     // A ring round the take-off point that is closed four times, each time before it is open again.
     let mut text = format!("{}{}", flying("near", 30.0), objective(600.0));
     for (number, (from_s, until_s)) in [(20, 130), (125, 240), (235, 350), (345, 460)].into_iter().enumerate() {
@@ -89,9 +130,20 @@ fn with_every_way_closed_for_five_minutes_it_gives_the_mission_up() {
             );
         }
     }
-    let simulation = simulation(Some(&mission_file("closed", &format!("name = \"closed\"\n{text}"))), Policy::Grant);
-    let expected = ["hold for ", "flag `no_plan` raised: plan.awaited_s 300.", "`no_plan`: return_home"];
-    ends(simulation, MissionOutcome::Emergency, &expected);
+    simulation(Some(&mission_file("closed", &format!("name = \"closed\"\n{text}"))), Policy::Grant)
+}
+
+#[test]
+fn with_every_way_closed_it_waits_as_long_as_the_battery_lasts_for_it() {
+    let expected = ["hold for ", "every objective is settled"];
+    ends(closed_in(), MissionOutcome::Success, &expected);
+    let mut short = closed_in();
+    assert!(short.fly_until("hold for ", LIMIT), "{}", short.decision_log());
+    short.inject_fault("battery", &["0.3"]);
+    let expected = ["hold for ", "flag `no_plan` raised: plan.awaited_s ", "`no_plan`: return_home"];
+    ends(&mut short, MissionOutcome::Emergency, &expected);
+    let charge = short.charge().expect("a battery");
+    assert!(0.25 < charge, "it has its reserve: {charge}");
 }
 
 #[test]

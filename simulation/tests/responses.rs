@@ -111,27 +111,18 @@ fn a_return_that_is_barred_for_the_moment_waits_and_is_flown_when_there_is_a_way
 }
 
 #[test]
-fn a_return_that_stays_barred_waits_no_longer_than_its_table_says() {
+fn a_return_that_stays_barred_waits_until_the_battery_would_not_suffice_for_it() {
     let mut simulation = shut_out();
     simulation.order(RETURN);
+    // At first with the battery of a return, then with that of a diversion.
+    simulation.inject_fault("battery", &["0.3"]);
+    simulation.pass(Duration::from_secs(60));
+    assert_eq!(simulation.responder(), "operator_return", "{}", simulation.decision_log());
     end(&mut simulation, MissionOutcome::Emergency);
-    let failed = "`operator_return`: return_home failed (try 1 of 2): no way there that may be flown";
-    in_order(&simulation, &[WAITS, failed, "`operator_return`: land_elsewhere failed"]);
-}
-
-#[test]
-fn while_the_battery_is_low_a_return_waits_for_the_towers_answer_and_no_longer() {
-    let mut simulation = shut_out();
-    simulation.inject_fault("battery", &["0.2"]);
-    simulation.pass(Duration::from_secs(25));
-    in_order(
-        &simulation,
-        &[
-            "asking for area harbour, which the only way leads through",
-            "area harbour is closed without permission; holds for up to 10 s",
-            "`battery_low`: divert failed (try 2 of 2): no way there that may be flown",
-        ],
-    );
+    let failed = "`battery_low`: divert failed (try 1 of 2): no way there that may be flown";
+    in_order(&simulation, &[WAITS, "`battery_low` waits: no way there that may be flown", failed]);
+    let charge = simulation.charge().expect("a battery");
+    assert!((0.08..0.14).contains(&charge), "{charge}: {}", simulation.decision_log());
 }
 
 #[test]

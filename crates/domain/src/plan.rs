@@ -172,6 +172,8 @@ pub struct Basis {
     pub state: State,
     /// Where its local frame has its origin, if that is known.
     pub vehicle_origin: Option<Origin>,
+    /// The wind as it is estimated, towards north and east in m/s; `None` where it is not.
+    pub wind: Option<(f64, f64)>,
     /// The mission as far as it has come, without areas, feeds and steps.
     pub mission: MissionStatus,
     /// What the planner has noted with its last answer; `None` before the first.
@@ -194,6 +196,7 @@ impl Basis {
             at,
             state,
             vehicle_origin: None,
+            wind: None,
             mission: MissionStatus::beginning(mission),
             notes: None,
             areas_id: areas.id().to_owned(),

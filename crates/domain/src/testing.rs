@@ -33,7 +33,7 @@ pub fn table(rows: &str) -> String {
     let severities = ["hold", "return", "land"];
     let mut text = String::new();
     for (action, severity) in ACTIONS.iter().zip(severities) {
-        let _ = writeln!(text, "[action.{action}]\nseverity = \"{severity}\"\ntries = 2\nlimit_s = 300.0");
+        let _ = writeln!(text, "[action.{action}]\nseverity = \"{severity}\"\ntries = 2\n");
     }
     text += rows;
     let missing = REQUIRED.iter().filter(|flag| !rows.contains(&format!("\"{flag}\"")));
@@ -63,7 +63,7 @@ pub fn table(rows: &str) -> String {
              during = \"flying\"\nactions = [\"stop\"]\nemergency = \"stop\"\nclears = \"with-condition\"\nthen = \"resume\""
         );
     }
-    text + "[action.yield_control]\nseverity = \"yield\"\ntries = 1\nlimit_s = 1.0\n"
+    text + "[action.yield_control]\nseverity = \"yield\"\ntries = 1\n"
 }
 
 /// Replaces `find` in a good file by `replace`, and checks that the mistake is reported as `expected`, with its place.

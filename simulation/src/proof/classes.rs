@@ -43,6 +43,5 @@ fn are_equal(a: &Row, b: &Row) -> bool {
         && a.phases == b.phases
         && a.narrows == b.narrows
         && (a.clears, a.then, a.label) == (b.clears, b.then, b.label)
-        && (a.is_watched(), a.is_about_energy(), a.takes_away())
-            == (b.is_watched(), b.is_about_energy(), b.takes_away())
+        && (a.is_watched(), a.takes_away()) == (b.is_watched(), b.takes_away())
 }

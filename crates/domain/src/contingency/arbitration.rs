@@ -91,7 +91,6 @@ pub fn responder(rows: &[Row], raised: impl IntoIterator<Item = Raised> + Clone,
 #[cfg(test)]
 pub(super) mod tests {
     use std::collections::BTreeSet;
-    use std::time::Duration;
 
     use proptest::prelude::*;
 
@@ -103,8 +102,7 @@ pub(super) mod tests {
     use Severity::{Divert, Hold, Land, Leave, Return};
 
     pub(crate) fn row(priority: u32, severity: Severity, phases: &[Phase]) -> Row {
-        let (limit, wait, needs) = (Duration::from_secs(1), Duration::ZERO, BTreeSet::new());
-        let action = Action { tree: "t".into(), severity, tries: 1, limit, wait, needs };
+        let action = Action { tree: "t".into(), severity, tries: 1, needs: BTreeSet::new() };
         Row {
             flag: format!("flag_{priority}"),
             priority,

@@ -6,7 +6,6 @@
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
-use std::time::Duration;
 
 use serde::Deserialize;
 
@@ -152,11 +151,6 @@ impl Row {
         self.actions.iter().all(holds)
     }
 
-    /// Whether it is raised because energy runs out, or may have: nothing waits then.
-    pub fn is_about_energy(&self) -> bool {
-        self.when.as_ref().is_some_and(When::is_about_energy)
-    }
-
     /// Whether the monitor raises and clears it by what it measures.
     pub fn is_watched(&self) -> bool {
         self.when.is_some()
@@ -182,10 +176,6 @@ pub struct Action {
     pub severity: Severity,
     /// How often it is tried before the next action.
     pub tries: u32,
-    /// How long one try may take, in mission time.
-    pub limit: Duration,
-    /// For how long it holds while there is no way that may be flown, in mission time, before that counts as failed.
-    pub wait: Duration,
     /// What it cannot be flown without.
     pub needs: BTreeSet<Need>,
 }

@@ -116,11 +116,13 @@ fields! {
     Endurance "energy.endurance_s" number(Unit::SECOND, 0.0, 1_000_000.0);
     /// Distance from the straight line of the leg that is flown; not known while none is flown.
     PathDeviation "path.deviation_m" number(Unit::METRE, 0.0, 1_000_000.0);
-    /// By how much the skill that is flown has taken longer than its distance takes.
-    Overrun "skill.overrun_percent" number(Unit::PERCENT, -100.0, 10_000.0);
+    /// How fast the vehicle comes nearer to its goals, of the speed that is asked for, over the last 30 s; less than 0 leads away. Not known
+    /// while it flies nowhere.
+    Pace "skill.pace_percent" number(Unit::PERCENT, -1000.0, 1000.0);
     /// Mission seconds since a skill was to end and did not; 0 without one.
     CancelWait "skill.cancel_s" number(Unit::SECOND, 0.0, 1_000_000.0);
-    /// Mission seconds since the vehicle has held for a decision of an operator; 0 if it does not.
+    /// Mission seconds since the vehicle has held in the air, or come no farther than 20 m, but for a stay of its mission or the approval of a
+    /// plan.
     OperatorWait "operator.awaited_s" number(Unit::SECOND, 0.0, 1_000_000.0);
     /// Mission seconds since there has been nothing to fly although the mission goes on; 0 if there is.
     PlanWait "plan.awaited_s" number(Unit::SECOND, 0.0, 1_000_000.0);
@@ -190,12 +192,6 @@ impl Field {
     /// The field of this name.
     pub fn named(name: &str) -> Option<Field> {
         Field::ALL.iter().copied().find(|it| it.name() == name)
-    }
-
-    /// Whether it says how much energy is left.
-    pub fn is_about_energy(self) -> bool {
-        use Field::{BatteryCharge, BatteryFaulty, BatterySilence, BatteryVoltage, PlaceMargin};
-        matches!(self, BatteryCharge | BatteryVoltage | BatteryFaulty | BatterySilence | PlaceMargin)
     }
 
     /// The source whose silence it is.

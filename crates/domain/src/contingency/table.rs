@@ -13,7 +13,6 @@ use super::needs::Need;
 use super::when::During;
 use super::{Action, BRING_DOWN, Clears, Contingencies, Phase, REQUIRED, REQUIRED_FIELDS, Row, Severity, Then};
 use crate::file::{Mistake, Mistakes, Source, did_you_mean};
-use crate::quantity::Positive;
 use crate::situation::Situation;
 
 mod ending;
@@ -38,6 +37,9 @@ impl Contingencies {
         let is_tree = |it: &ActionEntry| !matches!(it.severity, Severity::Slow | Severity::Yield);
         for (name, _) in actions.iter().filter(|(_, it)| is_tree(it)) {
             check_tree(source, name, trees, &mut mistakes);
+        }
+        for (name, action) in &actions {
+            mistakes.extend(former::durations(source, name.as_ref(), action));
         }
         for (index, entry) in entries.iter().enumerate() {
             check_twins(source, entry, &entries[..index], &mut mistakes);
@@ -93,10 +95,9 @@ struct File {
 struct ActionEntry {
     severity: Severity,
     tries: std::num::NonZeroU32,
-    /// The limit of one try, in mission seconds.
-    limit_s: Positive,
-    /// For how long it waits for a way, in mission seconds; without the key it does not wait.
-    wait_s: Option<Positive>,
+    /// Keys of the former form: the time after which a try failed, and for how long one waited for a way.
+    limit_s: Option<Spanned<toml::Value>>,
+    wait_s: Option<Spanned<toml::Value>>,
     /// What it cannot be flown without.
     #[serde(default)]
     needs: BTreeSet<Need>,
@@ -156,8 +157,6 @@ impl Entry {
                 tree: name.as_ref().clone(),
                 severity: entry.severity,
                 tries: entry.tries.get(),
-                limit: entry.limit_s.seconds(),
-                wait: entry.wait_s.map_or(std::time::Duration::ZERO, |it| it.seconds()),
                 needs: entry.needs.clone(),
             })
         };
@@ -334,6 +333,12 @@ then = "resume"
         check("priority = 40", "priority = 90", "c.toml:27:12: priority 90 is already that of `battery_low`");
         check("[\"return_home\"]", "[\"return_hom\"]", "c.toml:20:12: there is no action `return_hom`");
         check("[action.land]", "[action.lan]", "c.toml:9:9: there is no action tree `lan`");
+        check(
+            "tries = 2",
+            "tries = 2\nlimit_s = 60.0",
+            "c.toml:4:11: `limit_s` of action `stop`: a try has no time limit",
+        );
+        check("tries = 2", "tries = 2\nwait_s = 180", "c.toml:4:10: `wait_s` of action `stop`: no time limits a wait");
         check("tries = 2", "tries = 0", "c.toml:3:9: invalid value: integer `0`, expected a whole number above 0");
         check("[\"takeoff\", \"cruise\"]", "[]", "c.toml:19:10: this row never counts");
         check("\"cruise\"]", "\"cruising\"]", "c.toml:19:22: unknown variant `cruising`");

@@ -79,11 +79,6 @@ impl When {
         self.raises.fields()
     }
 
-    /// Whether it is about what the battery holds.
-    pub fn is_about_energy(&self) -> bool {
-        self.fields().iter().any(|it| it.is_about_energy())
-    }
-
     /// Whether the flag would fall where it is raised: both expressions are comparisons of one field with a constant, in opposite
     /// directions, and the ranges in which they hold overlap.
     pub(super) fn contradicts_itself(&self) -> bool {
@@ -142,11 +137,5 @@ mod tests {
         check("wind.speed_m_s > 12 m/s", "wind.speed_m_s < 10 m/s", false);
         check("wind.speed_m_s > 12 m/s", "wind.speed_m_s < 13 m/s", true);
         check("wind.speed_m_s > 12 m/s", "position.height_m < 13 m", false);
-    }
-
-    #[test]
-    fn what_reads_the_battery_is_about_energy() {
-        assert!(when("vehicle.flying and battery.voltage_v < 20 V", None).is_about_energy());
-        assert!(!when("wind.speed_m_s > 12 m/s", None).is_about_energy());
     }
 }

@@ -258,6 +258,7 @@ impl From<Basis> for v1::PlanningBasis {
             utc_ms: basis.at.utc_ms,
             state: Some(basis.state.into()),
             vehicle_origin: basis.vehicle_origin.map(Into::into),
+            wind: basis.wind.map(|(north_m_s, east_m_s)| v1::WindEstimate { north_m_s, east_m_s }),
             mission: Some(basis.mission.into()),
             notes: basis.notes,
             areas_id: basis.areas_id,
@@ -276,6 +277,7 @@ impl TryFrom<v1::PlanningBasis> for Basis {
             at: moment(basis.at_ns, basis.utc_ms),
             state: basis.state.ok_or(InvalidMessage::Missing("state"))?.try_into()?,
             vehicle_origin: basis.vehicle_origin.map(Origin::try_from).transpose()?,
+            wind: basis.wind.map(wind).transpose()?,
             mission: basis.mission.ok_or(InvalidMessage::Missing("mission"))?.try_into()?,
             notes: basis.notes,
             areas_id: basis.areas_id,
@@ -283,6 +285,14 @@ impl TryFrom<v1::PlanningBasis> for Basis {
             flown: basis.flown.into_iter().map(FlownStep::try_from).collect::<Result<_, _>>()?,
             rest: steps(basis.rest)?,
         })
+    }
+}
+
+fn wind(wind: v1::WindEstimate) -> Result<(f64, f64), InvalidMessage> {
+    let v1::WindEstimate { north_m_s, east_m_s } = wind;
+    match north_m_s.is_finite() && east_m_s.is_finite() {
+        true => Ok((north_m_s, east_m_s)),
+        false => Err(out_of_range("wind", north_m_s + east_m_s, "finite numbers")),
     }
 }
 
@@ -540,11 +550,13 @@ mod tests {
         let flown = (step(), state(), now()).prop_map(|(step, state, at)| FlownStep { step, state, at });
         let areas = prop::option::of(prop::collection::vec(any::<u8>(), 0..4).prop_map(Into::into));
         let plan = (prop::collection::vec(flown, 0..3), distinct_steps(0));
-        (now(), state(), prop::option::of(origin()), status(), (name(), areas), plan).prop_map(
-            |(at, state, vehicle_origin, mission, (areas_id, areas), (flown, rest))| Basis {
+        let wind = prop::option::of((-40.0..40.0, -40.0..40.0));
+        (now(), state(), (prop::option::of(origin()), wind), status(), (name(), areas), plan).prop_map(
+            |(at, state, (vehicle_origin, wind), mission, (areas_id, areas), (flown, rest))| Basis {
                 at,
                 state,
                 vehicle_origin,
+                wind,
                 mission,
                 notes: areas.is_some().then(v1::PlannerNotes::default),
                 areas_id,

@@ -184,7 +184,7 @@ impl Rules {
         let against = [
             (Rule::Ground, self.ground.see(&view)),
             (Rule::Separation, self.separation.see(&view)),
-            (Rule::Progress, self.progress.see(&view)),
+            (Rule::Progress, self.progress.see(&view, &self.reach)),
             (Rule::Landing, self.landing.see(&view, &self.reach)),
             (Rule::Reserve, self.reserve.see(&view, &self.reach)),
             (Rule::Upload, self.upload.see(&view)),

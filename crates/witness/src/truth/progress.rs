@@ -8,13 +8,14 @@ use domain::time::Time;
 use kittiwake_proto::v1::{self, SkillKind};
 
 use super::View;
+use super::reach::Reach;
 
-pub(super) const IN_WORDS: &str = "does not stay within 30 m in the air for 600 s, but at a place where a stay is asked for and by an operator's pause \
-     (the table's `operator_silent`, the longest that anybody is waited for); does not fly on for 120 s at less than 3.4 m/s, a third of its \
+pub(super) const IN_WORDS: &str = "does not stay within 30 m in the air for 660 s, but at a place where a stay is asked for, by an operator's pause, and \
+     while a response waits and no place to land at is in reach (the table's `operator_silent`, the longest that anybody is waited for, 600 s, and a minute to come to rest and to leave); does not fly on for 120 s at less than 3.4 m/s, a third of its \
      speed, while no flag is up (issue 44, P4)";
 
 const PLACE_M: f64 = 30.0;
-const LONG: Duration = Duration::from_secs(600);
+const LONG: Duration = Duration::from_secs(660);
 /// A third of the cruise speed, and for how long. (A transition is flown at 4 m/s, a narrowed flight at 5.)
 const SLOW_M_S: f64 = 3.4;
 const SLOW_FOR: Duration = Duration::from_secs(120);
@@ -41,19 +42,22 @@ impl Progress {
         self.longest.as_secs_f64()
     }
 
-    pub(super) fn see(&mut self, view: &View<'_>) -> Option<String> {
+    pub(super) fn see(&mut self, view: &View<'_>, reach: &Reach) -> Option<String> {
         if !view.heard.flies_itself || view.truth.standing {
             (self.hold, self.track) = (None, VecDeque::new());
             return None;
         }
-        self.stays(view).or_else(|| self.is_slow(view))
+        self.stays(view, reach).or_else(|| self.is_slow(view))
     }
 
-    fn stays(&mut self, view: &View<'_>) -> Option<String> {
+    fn stays(&mut self, view: &View<'_>, reach: &Reach) -> Option<String> {
         let (now, place, manager) = (view.heard.now.time, view.truth.position, view.heard.manager);
         let new = || Hold { place, since: now, told: false };
         let hold = self.hold.get_or_insert_with(new);
-        if PLACE_M < hold.place.distance_m(place) || manager.paused || manager.plan_approval.is_some() {
+        // What cannot be undone comes last: it waits for as long as there is energy.
+        let waits_for_way = !manager.acting.is_empty() && reach.best.is_none();
+        let is_excused = manager.paused || manager.plan_approval.is_some() || waits_for_way;
+        if PLACE_M < hold.place.distance_m(place) || is_excused {
             *hold = new();
             return None;
         }

@@ -103,7 +103,7 @@ fn until(row: &Row) -> String {
     format!("until {} is over", row.flag)
 }
 
-/// All tries of an action, each within its limit and only if it is possible. The last action is tried whatever is missing.
+/// All tries of an action, each only if it is possible. The last action is tried whatever is missing.
 fn tries(row: &Row, index: usize, action: &Action) -> Element {
     let of_action = |tag: &str| Element::new(tag).attribute("action", &index.to_string());
     let flown = match action.severity {
@@ -111,11 +111,10 @@ fn tries(row: &Row, index: usize, action: &Action) -> Element {
         Severity::Yield => Element::new("AlwaysSuccess").attribute("name", &action.tree),
         _ => Element::new("SubTree").attribute("ID", &action.tree),
     };
-    let limit = Element::new("Timeout").attribute("msec", &action.limit.as_millis().to_string()).child(flown);
     let may_be_impossible = !action.needs.is_empty() || action.severity == Severity::Land;
     let tried = match may_be_impossible && index + 1 < row.actions.len() {
-        true => Element::new("Sequence").child(of_action("IsPossible")).child(limit),
-        false => limit,
+        true => Element::new("Sequence").child(of_action("IsPossible")).child(flown),
+        false => flown,
     };
     let attempt = Element::new("Sequence")
         .child(of_action("AwaitTry"))

@@ -283,20 +283,6 @@ fn a_row_that_holds_never_lands_and_yields_to_what_demands_more() {
 }
 
 #[test]
-fn an_action_that_takes_too_long_is_given_up_and_recorded() {
-    let (mut rig, _) = under_way();
-    rig.flag("obstacle", true);
-    rig.execute();
-    // The table gives a stop 20 s.
-    rig.wait(19.0);
-    assert_eq!(rig.story(), "start stop, giving up 1");
-    rig.wait(2.0);
-    assert_eq!(rig.story(), "start stop, giving up 2");
-    let tried = "`obstacle`: stop failed (try 1 of 3): ";
-    assert!(rig.decisions.iter().any(|it| it.starts_with(tried)), "{:#?}", rig.decisions);
-}
-
-#[test]
 fn a_flag_that_waits_or_does_not_count_is_recorded_as_such() {
     let (mut rig, _) = under_way();
     rig.flag("battery_critical", true);

@@ -162,9 +162,9 @@ impl Planner {
     fn go_on(&mut self, basis: Basis) -> Result<Option<MissionPlanner>, Unanswerable> {
         let Some(areas) = self.areas.take(&basis.areas_id, basis.areas)? else { return Ok(None) };
         let notes = basis.notes.unwrap_or_default().try_into()?;
-        let Basis { mission, vehicle_origin, rest, flown, .. } = basis;
+        let Basis { mission, vehicle_origin, wind, rest, flown, .. } = basis;
         let is_end = rest.is_empty();
-        let brought = Brought { mission, notes, areas, vehicle_origin, rest };
+        let brought = Brought { mission, notes, areas, vehicle_origin, wind, rest };
         let mut core = MissionPlanner::going_on(&self.config, &self.energy, self.pace, brought)?;
         let last = flown.len().saturating_sub(1);
         for (index, FlownStep { step, state, at }) in flown.into_iter().enumerate() {

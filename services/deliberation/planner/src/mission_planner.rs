@@ -158,7 +158,10 @@ impl MissionPlanner {
         if let Some(answer) = self.answer_to_misfit() {
             return answer;
         }
-        if let Some(refusal) = self.too_windy().or_else(|| self.begin(&state, now)) {
+        if let Some(answer) = self.answer_to_wind() {
+            return answer;
+        }
+        if let Some(refusal) = self.begin(&state, now) {
             self.objectives.give_up_rest(&refusal);
             return Answer::Finished;
         }

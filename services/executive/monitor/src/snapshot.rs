@@ -51,7 +51,7 @@ pub(crate) fn snapshot(sources: &Sources, now: Time) -> Snapshot {
             Field::Consumption => snapshot.set(field, outlook.consumption_percent),
             Field::Endurance => snapshot.set(field, outlook.endurance_s),
             Field::PathDeviation => snapshot.set(field, outlook.path_deviation_m),
-            Field::Overrun => snapshot.set(field, outlook.overrun_percent),
+            Field::Pace => snapshot.set(field, outlook.pace_percent),
             Field::CancelWait => snapshot.set(field, outlook.cancel_s),
             Field::OperatorWait => snapshot.set(field, outlook.operator_s),
             Field::PlanWait => snapshot.set(field, outlook.plan_s),

@@ -1,6 +1,6 @@
 //! The skill manager's parameters.
 
-use domain::quantity::{Fraction, Number, Positive, Seconds};
+use domain::quantity::{Number, Positive, Seconds};
 
 /// The section `[skill_manager]`. Times are mission seconds where they belong to the flight, and keep
 /// a wall-clock floor where they guard the machine; each says which.
@@ -59,7 +59,7 @@ pub struct Config {
     /// The same time while the height is not known.
     pub landing_blind_s: Positive,
 
-    /// The vehicle's own speed limit over ground; a deadline never assumes more.
+    /// The vehicle's own speed limit over ground; a flight is never expected to be faster.
     pub vehicle_speed_m_s: Positive,
     /// The vehicle's own limit upwards.
     pub vehicle_climb_m_s: Positive,
@@ -67,10 +67,6 @@ pub struct Config {
     pub vehicle_descent_m_s: Positive,
     /// The vehicle's speed upwards in its takeoff mode.
     pub vehicle_takeoff_m_s: Positive,
-    /// A position skill and a takeoff may take longer than distance over speed by this share (1: twice as long),
-    pub deadline_slack: Fraction,
-    /// and by this number of mission seconds, for speeding up, slowing down and settling.
-    pub deadline_margin_s: Positive,
 
     /// Answers to requests and outcomes of skills are remembered for this long (mission or wall
     /// time, whichever is longer), so that a retry finds its first answer.

@@ -1,9 +1,10 @@
-//! What raised a flag in the former form, `raise = { fact = .. }`: a mistake that says what to write in its place.
+//! Former forms, each a mistake that says what to write in its place: what raised a flag, `raise = { fact = .. }`, and times of actions.
 
 use std::f64::consts::PI;
 
 use toml::{Spanned, Table, Value};
 
+use super::ActionEntry;
 use crate::contingency::snapshot::{Field, Kind};
 use crate::file::{Mistake, Source};
 
@@ -55,6 +56,20 @@ pub(super) fn mistake(source: &Source, raise: &Spanned<Table>) -> Mistake {
         }
     };
     source.mistake(Some(raise.span()), "`raise` is the former form of a row, expected `when`", help)
+}
+
+/// The mistakes in an action with a time limit: progress says that a try has failed, and energy how long a wait may last.
+pub(super) fn durations(source: &Source, name: &str, action: &ActionEntry) -> Vec<Mistake> {
+    let limit = "a try has no time limit: it fails when the vehicle comes no nearer to its goal";
+    let wait = "no time limits a wait: it lasts until a place to land at could no longer be reached";
+    let keys = [("limit_s", &action.limit_s, limit), ("wait_s", &action.wait_s, wait)];
+    let written = keys.into_iter().filter_map(|(key, value, why)| Some((key, value.as_ref()?, why)));
+    written
+        .map(|(key, value, why)| {
+            let message = format!("`{key}` of action `{name}`: {why}");
+            source.mistake(Some(value.span()), message, "delete the line")
+        })
+        .collect()
 }
 
 /// The lines to write in place of `raise`; `None` where it makes no sense.

@@ -55,7 +55,7 @@ mod tests {
 
     /// A row with this in it, and an action that slows.
     fn narrowing(row: &str) -> String {
-        let action = "[action.slow]\nseverity = \"slow\"\ntries = 1\nlimit_s = 1.0\n";
+        let action = "[action.slow]\nseverity = \"slow\"\ntries = 1\n\n";
         table(&format!("{action}[[contingency]]\nflag = \"gust\"\npriority = 40\n{row}"))
     }
 

@@ -1,7 +1,8 @@
-//! Flies while a plan is made: in the direction of the step that failed, slower, and
+//! Flies while a plan is made: for the moment that the planner takes, in the direction of the step that failed, slower, and
 //! only as far as the next border that may not be crossed; otherwise a stop. On the ground it waits.
 
 use behavior_tree::{Leaf, LeafError, LeafResult, Ports, Status};
+use domain::skill::Goal;
 
 use super::skill_run::SkillRun;
 use super::why;
@@ -9,7 +10,14 @@ use crate::world::{WhatMayBeEntered, World};
 
 #[derive(Default)]
 pub(super) struct TransitionExecutor {
-    flown: Option<(SkillRun, WhatMayBeEntered)>,
+    flown: Option<Flown>,
+}
+
+struct Flown {
+    run: SkillRun,
+    chosen_by: WhatMayBeEntered,
+    /// It moves on; it no longer does once the planner lets it wait.
+    goes_on: bool,
 }
 
 impl Leaf<World> for TransitionExecutor {
@@ -19,14 +27,15 @@ impl Leaf<World> for TransitionExecutor {
         let Some(goal) = world.transition_goal() else { return Ok(Status::Running) };
         world.say("plan", format!("transition: {goal}"));
         world.set_in_transition(true);
-        self.flown = Some((SkillRun::start(world, goal), world.what_may_be_entered()));
+        let goes_on = matches!(goal, Goal::Position { .. });
+        self.flown = Some(Flown { run: SkillRun::start(world, goal), chosen_by: world.what_may_be_entered(), goes_on });
         Ok(Status::Running)
     }
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        let Some((run, chosen_by)) = &self.flown else { return Ok(Status::Running) };
-        if *chosen_by != world.what_may_be_entered() {
-            // The goal may lie in an area that may no longer be entered, or before one that now may be.
+        let Some(Flown { run, chosen_by, goes_on }) = &self.flown else { return Ok(Status::Running) };
+        if *chosen_by != world.what_may_be_entered() || (*goes_on && world.rests_without_plan()) {
+            // The goal may lie in an area that may no longer be entered, or before one that now may be; or it rests until there is a plan.
             run.halt(world);
             return self.start(world, ports);
         }
@@ -39,7 +48,7 @@ impl Leaf<World> for TransitionExecutor {
 
     fn halt(&mut self, world: &mut World, _: &mut Ports<'_>) {
         world.set_in_transition(false);
-        if let Some((run, _)) = self.flown.take() {
+        if let Some(Flown { run, .. }) = self.flown.take() {
             run.halt(world);
         }
     }

@@ -32,7 +32,8 @@ impl World {
         let budget = energy.budget(vehicle.charge?);
         let left_wh = budget.charge_wh - budget.capacity_wh * budget.reserve.get();
         let told = |it: &Alternate| {
-            let (way, _) = it.way.as_ref()?;
+            // None can be reached in a wind that blows it away.
+            let (way, _) = it.way.as_ref().filter(|_| self.holds_in_wind())?;
             let margin_wh = left_wh - way.energy_wh;
             Some(v1::PlaceOutlook {
                 place: it.candidate.to_string(),
@@ -97,7 +98,7 @@ impl World {
     }
 
     /// What it takes to fly to `site` and land there in the wind as it is, in Wh; straight, where there is no way yet.
-    fn landing_flight_wh(&self, from: Ned, site: Ned, height_m: f64) -> f64 {
+    pub(super) fn landing_flight_wh(&self, from: Ned, site: Ned, height_m: f64) -> f64 {
         let mut way =
             self.way_to(site, height_m).unwrap_or_else(|| vec![from.at_height(height_m), site.at_height(height_m)]);
         way.push(site);

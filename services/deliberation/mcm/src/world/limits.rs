@@ -1,6 +1,7 @@
 //! Speeds, heights and energy of a flight without a plan, as they are now.
 
 use domain::energy::{EnergyModel, Wind};
+use domain::headway::STRETCH;
 use domain::speeds::Speeds;
 use domain::way::FlightLimits;
 
@@ -37,11 +38,31 @@ impl World {
     /// Speeds, heights and distances of a flight without a plan in the wind as it is.
     pub(super) fn limits_in_wind(&self) -> FlightLimits {
         let limits = self.flight_limits();
-        let in_wind = Speeds { airspeed_m_s: self.setup.limits.airspeed_m_s, wind: self.wind(), ..limits.speeds };
-        // In a wind in which it holds no place the vehicle still needs a way down, and a time for it that ends.
-        match in_wind.hold_in_wind() {
-            true => FlightLimits { speeds: in_wind, ..limits },
+        // In a wind in which it holds no place the vehicle still needs a way down, and a time for it that ends; it flies nowhere else.
+        match self.holds_in_wind() {
+            true => FlightLimits { speeds: self.speeds_in_wind(), ..limits },
             false => limits,
         }
+    }
+
+    /// Whether it flies against the wind as it is.
+    pub(super) fn holds_in_wind(&self) -> bool {
+        self.speeds_in_wind().hold_in_wind()
+    }
+
+    fn speeds_in_wind(&self) -> Speeds {
+        let (airspeed_m_s, wind) = (self.setup.limits.airspeed_m_s, self.wind());
+        Speeds { airspeed_m_s, wind, ..self.flight_limits().speeds }
+    }
+
+    /// Why it flies to no place, if the wind has blown it away for longer than a gust.
+    pub(super) fn why_blown_away(&self) -> Option<String> {
+        let since = self.watch.progress.blown_since()?;
+        let blown = self.now.time - since;
+        let (wind_m_s, airspeed_m_s) = (self.wind().speed_m_s(), self.setup.limits.airspeed_m_s);
+        (STRETCH <= blown).then(|| {
+            let blown_s = blown.as_secs();
+            format!("the wind has been {wind_m_s:.1} m/s for {blown_s} s, and it flies {airspeed_m_s:.1} m/s")
+        })
     }
 }

@@ -17,7 +17,6 @@ use node::{Answers, CallError, Token};
 use v1::mission_request::Request as Ask;
 
 use super::World;
-use crate::clients::planner::Viewpoint;
 use crate::outbox::Purpose;
 
 /// The planner needs seconds for a mission with many areas. (ENG: ten times the slowest that was measured.)
@@ -66,7 +65,7 @@ impl World {
 
     fn ask_what_it_comes_to(&mut self, token: Token, request: v1::MissionRequest, tries: u32) {
         let state = self.planning_state().unwrap_or_else(|| State::new(Ned::default(), false));
-        let viewpoint = Viewpoint { at: self.mission_now(), state, origin: self.origin() };
+        let viewpoint = self.viewpoint_in(state);
         let (basis, _) = self.planner.basis_from(viewpoint);
         let next_waits = self.awaited_order().is_some();
         let edit = v1::EditRequest {

@@ -59,6 +59,7 @@ mod raise;
 mod response_way;
 mod responses;
 mod situation;
+mod slack;
 mod start;
 mod status;
 mod steps;

@@ -14,7 +14,11 @@ use domain::speeds::Speeds;
 use domain::time::Time;
 
 use super::World;
+use crate::decide::Awaited;
 use crate::journal::{Cause, Said};
+
+/// A vehicle that is slower over ground rests. (ENG: it stops within a quarter of a metre.)
+const MOVES_M_S: f64 = 1.0;
 
 /// What a step waits for, while flags forbid the rest of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -147,8 +151,14 @@ impl World {
         }
     }
 
-    /// The goal while there is no plan: in the direction of the step that failed, slower, and only as far as the next
-    /// border that may not be crossed; otherwise stop. `None` on the ground, but for a takeoff that the autopilot has ended and would go on with.
+    /// Whether there is no plan for longer than the planner takes to answer: it lets the mission wait, is asked later, or an operator is.
+    pub(crate) fn rests_without_plan(&self) -> bool {
+        self.decision_now().wait.is_some_and(|it| it.what != Awaited::Answer)
+    }
+
+    /// The goal while there is no plan. A vehicle that moves goes on towards the step that failed until the planner has answered, slower,
+    /// and only as far as the next border that may not be crossed; otherwise it stops. `None` on the ground, but for a takeoff that the
+    /// autopilot has ended and would go on with.
     ///
     /// The position goal holds at its target, so that a transition never ends by itself.
     pub(crate) fn transition_goal(&self) -> Option<Goal> {
@@ -157,7 +167,9 @@ impl World {
             return Some(Goal::Land);
         }
         let here = Some(vehicle).filter(|it| it.flying)?.position;
-        let Some(Goal::Position { target, speed_limit_m_s, yaw_rad, .. }) = self.planner.interrupted_goal() else {
+        let moves = MOVES_M_S < vehicle.velocity.ground_speed_m_s();
+        let onward = self.planner.interrupted_goal().filter(|_| moves && !self.rests_without_plan());
+        let Some(Goal::Position { target, speed_limit_m_s, yaw_rad, .. }) = onward else {
             return Some(Goal::Stop);
         };
         let speed_m_s = self.slowed(self.setup.limits.transition.speed_m_s.min(speed_limit_m_s));

@@ -114,7 +114,13 @@ impl World {
 
     /// From where and when plans are made; `None` as long as they cannot be.
     fn viewpoint_of_plans(&self) -> Option<Viewpoint> {
-        Some(Viewpoint { at: self.mission_now(), state: self.planning_state()?, origin: self.origin() })
+        Some(self.viewpoint_in(self.planning_state()?))
+    }
+
+    /// Now, from `state`.
+    pub(super) fn viewpoint_in(&self, state: State) -> Viewpoint {
+        let wind = self.seen.vehicle.and_then(|it| it.wind);
+        Viewpoint { at: self.mission_now(), state, origin: self.origin(), wind }
     }
 
     /// Now, by the mission's clock.

@@ -19,6 +19,9 @@ impl World {
         if let Some((need, row)) = missing(wanted, rows, self.flags.rows_up()) {
             return Some(format!("it needs {need}, and `{}` is up", self.flags.name(row)));
         }
+        if let Some(why) = self.why_blown_away().filter(|_| wanted.needs.contains(&Need::Position)) {
+            return Some(why);
+        }
         let here = self.seen.vehicle.filter(|_| wanted.severity == Severity::Land)?.position;
         Some(format!("no landing here while `{}` is up", self.landing_forbidden_by(here)?))
     }
@@ -29,6 +32,9 @@ impl World {
         const PATIENCE: Duration = Duration::from_secs(5);
         // The last one is flown whatever is missing.
         let [flown, _, ..] = self.actions_left() else { return None };
+        if let Some(why) = self.why_blown_away().filter(|_| flown.needs.contains(&Need::Position)) {
+            return Some(why);
+        }
         let (need, row) = missing(flown, self.setup.table.rows(), self.flags.rows_up())?;
         let name = self.flags.name(row);
         let age_s = age_s(self.flags.get(name)?, self.now.time);

@@ -140,91 +140,58 @@ impl World {
     }
 
     /// There is no way to `site` now, for the reason `why`. Asks for the permissions that there may be one with. Returns whether the
-    /// response holds until then, as long as its table says; while energy runs out, only until the tower must have
-    /// answered: that there is none is no failure of what was tried.
+    /// response holds until then: that there is none is no failure of what was tried, before the latest moment.
     pub(crate) fn may_wait_for_way(&mut self, site: Ned, height_m: f64, why: &str) -> bool {
-        let is_asked = self.ask_for_way(site, height_m);
-        let runs_out = self.runs_out_of_energy();
-        if runs_out && !is_asked {
-            return false;
-        }
-        let at_most = if runs_out { self.setup.limits.permission_answer } else { Duration::MAX };
-        self.may_wait(Duration::ZERO, at_most, &self.why_no_way(why, site))
+        self.ask_for_way(site, height_m);
+        self.may_wait(Duration::ZERO, self.slack_for(site, height_m), &self.why_no_way(why, site))
     }
 
     /// The vehicle does not fly out of the area in which it must not be. Returns whether it may hold there until the area is
-    /// over, or there is a way: no longer than the table says, and not while energy runs out.
+    /// over, or there is a way.
     pub(crate) fn may_stay_inside(&mut self, stay: &Stay) -> bool {
-        !self.runs_out_of_energy() && stay.at_least.is_some_and(|it| self.may_wait(it, Duration::MAX, &stay.why))
+        stay.at_least.is_some_and(|it| self.may_wait(it, self.slack_here(), &stay.why))
     }
 
-    fn runs_out_of_energy(&self) -> bool {
-        self.flags.rows_up().any(|row| self.setup.table.rows()[row].is_about_energy())
-    }
-
-    /// Whether the response may hold on, of which it must do `at_least` this much more, for the time that its action waits, but for
-    /// no longer than `at_most` in all. Says so when that begins.
-    fn may_wait(&mut self, at_least: Duration, at_most: Duration, why: &str) -> bool {
-        let now = self.now.time;
-        let Some(response) = self.answer.response.as_mut() else { return false };
-        let Some(action) = self.setup.table.rows()[response.row].actions.get(response.action) else { return false };
-        let limit = action.wait.min(at_most);
-        if limit < at_least {
+    /// Whether the response may hold on, of which it must do `at_least` this much more, with this slack. Says so when that begins.
+    fn may_wait(&mut self, at_least: Duration, slack: Duration, why: &str) -> bool {
+        if slack.is_zero() || slack < at_least {
             return false;
         }
-        let since = *response.waits_since.get_or_insert(now);
-        if since == now && !limit.is_zero() {
-            let (row, tree) = (response.row, action.tree.clone());
-            self.say_it_waits(row, tree, why, limit);
-            return true;
-        }
-        now - since < limit
-    }
-
-    fn say_it_waits(&mut self, row: usize, tree: String, why: &str, limit: Duration) {
-        let text = format!("`{}` waits: {why}; holds for up to {} s", self.flags.name(row), limit.as_secs());
-        let rejected = vec![Rejected { what: tree, why: why.to_owned() }];
-        let said = Said::new(CONTINGENCY, DecisionKind::ResponseWaits, text).about(row);
-        self.record(said.taking("holds", String::new()).rejecting(rejected));
-    }
-
-    /// Whether a flight of the response, which is not begun or was interrupted, may wait until a failsafe of the autopilot's own is over: for
-    /// as long as its action waits for a way. Where the battery is so low that its row lands, only until the tower must have
-    /// answered, as for a way. What is interrupted is no try that has failed.
-    pub(crate) fn may_wait_for_autopilot(&mut self) -> bool {
-        let rows = self.setup.table.rows();
-        let lands = |row: usize| rows[row].is_about_energy() && Severity::Land <= rows[row].severity();
-        let at_most = match self.flags.rows_up().any(lands) {
-            true => self.setup.limits.permission_answer,
-            false => Duration::MAX,
-        };
         let now = self.now.time;
         let Some(response) = self.answer.response.as_mut() else { return false };
-        let row = response.row;
-        let Some(action) = self.setup.table.rows()[row].actions.get(response.action) else { return false };
-        let limit = action.wait.min(at_most);
-        let (is_new, since) = (response.left_since.is_none(), *response.left_since.get_or_insert(now));
-        if is_new && !limit.is_zero() {
-            let tree = action.tree.clone();
-            self.say_it_waits(row, tree, OF_ITS_OWN, limit);
+        if response.waits_since.replace(response.waits_since.unwrap_or(now)).is_none() {
+            self.say_it_waits(why, slack);
         }
-        now - since < limit
+        true
+    }
+
+    fn say_it_waits(&mut self, why: &str, slack: Duration) {
+        let Some(row) = self.response_row() else { return };
+        let text = format!("`{}` waits: {why}; holds for up to {} s", self.flags.name(row), slack.as_secs());
+        let what = self.actions_left().first().map_or_else(String::new, |it| it.tree.clone());
+        let said = Said::new(CONTINGENCY, DecisionKind::ResponseWaits, text).about(row);
+        self.record(said.taking("holds", String::new()).rejecting(vec![Rejected { what, why: why.to_owned() }]));
+    }
+
+    /// Whether a flight of the response, which is not begun or was interrupted, may wait until a failsafe of the autopilot's own is over:
+    /// as long as the battery lasts until the vehicle would land where it is. What is interrupted is no try that has failed.
+    pub(crate) fn may_wait_for_autopilot(&mut self) -> bool {
+        let (now, slack) = (self.now.time, self.slack_of_autopilot());
+        let Some(response) = self.answer.response.as_mut() else { return false };
+        if slack.is_zero() {
+            response.left_since = None;
+            return false;
+        }
+        if response.left_since.replace(response.left_since.unwrap_or(now)).is_none() {
+            self.say_it_waits(OF_ITS_OWN, slack);
+        }
+        true
     }
 
     /// No failsafe of the autopilot is waited for any more.
     pub(crate) fn has_waited_for_autopilot(&mut self) {
         let since = self.answer.response.as_mut().and_then(|it| Some((it.row, it.left_since.take()?)));
-        // A wait that has ended in a landing where the vehicle is was ended by that.
-        let ended_it = |row: usize, since: Time| {
-            let wait = self
-                .answer
-                .response
-                .as_ref()
-                .and_then(|it| self.setup.table.rows()[row].actions.get(it.action))
-                .map(|it| it.wait);
-            wait.is_some_and(|wait| wait <= self.now.time - since)
-        };
-        if let Some((row, since)) = since.filter(|(row, since)| !ended_it(*row, *since)) {
+        if let Some((row, since)) = since {
             let (flag, waited_s) = (self.flags.name(row).clone(), (self.now.time - since).as_secs());
             self.say(
                 "contingency",

@@ -122,9 +122,8 @@ impl World {
         needs
     }
 
-    /// Asks for the permissions without which there is no way to `to`, if that is why there is none; returns whether an
-    /// answer may still come.
-    pub(super) fn ask_for_way(&mut self, to: Ned, preferred_height_m: f64) -> bool {
+    /// Asks for the permissions without which there is no way to `to`, if that is why there is none.
+    pub(super) fn ask_for_way(&mut self, to: Ned, preferred_height_m: f64) {
         let barred = self.needed_for_way(to, preferred_height_m);
         let by = self.needed_by();
         for area in &barred {
@@ -134,7 +133,6 @@ impl World {
                 self.record(said.about_area(area).led_to_by(Cause::Response));
             }
         }
-        !barred.is_empty()
     }
 
     /// The points to fly to, the last one over `to`, preferably at this height; `None` if there is no way.

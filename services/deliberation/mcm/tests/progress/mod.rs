@@ -24,26 +24,31 @@ fn a_vehicle_beside_its_leg_is_told_with_its_distance() {
 }
 
 #[test]
-fn a_skill_that_takes_twice_its_time_is_told() {
+fn who_flies_at_a_quarter_of_its_speed_is_told() {
     let (mut rig, _) = under_way();
-    // From 50 m to 100 m at 10 m/s, and ten seconds to start and to stop.
-    rig.wait(15.0);
-    let overrun = told(&mut rig).overrun.expect("a leg is flown");
-    assert!((0.0..0.15).contains(&overrun), "{overrun}");
-    rig.wait(14.0);
-    let overrun = told(&mut rig).overrun.expect("a leg is flown");
-    assert!((0.9..1.15).contains(&overrun), "{overrun}");
+    assert_eq!(told(&mut rig).pace, None, "it has just begun");
+    // A quarter of the 10 m/s that are asked for, on a leg of 450 m.
+    for second in 0..60 {
+        rig.vehicle(true, Offboard, (-400.0 + 2.5 * f64::from(second), 50.0, 10.0));
+        rig.wait(1.0);
+    }
+    let pace = told(&mut rig).pace.expect("a leg is flown");
+    assert!((0.2..0.3).contains(&pace), "{pace}");
 }
 
 #[test]
-fn who_waits_for_a_plan_and_who_waits_for_an_operator_is_told_apart() {
+fn whoever_holds_in_the_air_is_counted_and_who_waits_for_a_plan_too() {
     let (mut rig, skill) = under_way();
     let waits = |it: v1::FlightProgress| (10.0 < it.plan_s, 10.0 < it.operator_s);
     assert_eq!(waits(told(&mut rig)), (false, false));
     rig.end(&skill, Failed, "it did not get there");
     rig.wait(12.0);
-    assert_eq!(waits(told(&mut rig)), (true, false));
+    assert_eq!(waits(told(&mut rig)), (true, true));
     assert!(rig.command(Verb::Pause(v1::PauseMission { overrides: false })).done);
+    rig.wait(12.0);
+    assert_eq!(waits(told(&mut rig)), (false, true));
+    assert!(rig.command(Verb::Resume(v1::ResumeMission {})).done);
+    rig.flag("gnss_lost", true);
     rig.wait(12.0);
     assert_eq!(waits(told(&mut rig)), (false, true));
     rig.vehicle(false, Loiter, (0.0, 50.0, 0.0));

@@ -256,6 +256,8 @@ impl Rig {
     pub fn introspection(&self) -> v1::Introspection {
         let (flying, mode, timestamp_us) = (self.flying, self.mode, self.timestamp_us);
         let (frame_epoch, north_m) = self.frame;
+        // Slowly, so that it rests within a metre.
+        let east_m_s = if flying && mode == v1::FlightMode::Offboard { 2.0 } else { 0.0 };
         let (actual, misses) = self.failsafe.unwrap_or((mode, false));
         let missed = misses.then_some(v1::FailureFlag::OffboardSignalLost as i32);
         v1::Introspection {
@@ -276,7 +278,7 @@ impl Rig {
             }),
             local_position: Some(v1::VehicleLocalPosition {
                 position: Some(self.position),
-                velocity: Some(v1::NedVelocity::default()),
+                velocity: Some(v1::NedVelocity { east_m_s, ..Default::default() }),
                 timestamp_us,
                 vertical_valid: true,
                 ..Default::default()

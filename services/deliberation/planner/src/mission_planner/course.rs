@@ -20,6 +20,8 @@ pub(crate) struct Brought {
     /// Of the mission.
     pub(crate) areas: Known,
     pub(crate) vehicle_origin: Option<Origin>,
+    /// As it is estimated, towards north and east in m/s.
+    pub(crate) wind: Option<(f64, f64)>,
     /// The steps of the present plan that were not flown.
     pub(crate) rest: Vec<Step>,
 }
@@ -35,14 +37,17 @@ impl MissionPlanner {
         pace: Pace,
         brought: Brought,
     ) -> Result<MissionPlanner, InvalidObjective> {
-        let Brought { mission: status, notes, areas: Known { areas, feeds, map, .. }, vehicle_origin, rest } = brought;
+        let Brought { mission: status, notes, areas: Known { areas, feeds, map, .. }, vehicle_origin, wind, rest } =
+            brought;
         let mut past: Vec<Objective> =
             status.objectives.into_iter().map(Objective::of).collect::<Result<_, InvalidObjective>>()?;
         let objectives = past.iter().map(|it| it.objective()).collect();
         let current = past.iter_mut().find(|it| it.is_waiting());
         current.into_iter().for_each(|it| it.dwells_since = notes.dwells_since);
         let MissionStatus { mission: name, order, sites, origin, .. } = status;
+        let wind = wind.map_or(energy.usual_wind(), |it| energy.wind_where_measured(it));
         Ok(MissionPlanner {
+            config: config.in_wind(wind),
             objectives: Objectives::with_past(past),
             map,
             permissions: notes.permissions,

@@ -8,11 +8,14 @@ use domain::mission::terms::Order;
 use domain::state::State;
 use domain::time::Now;
 
-use super::{AsForecast, MissionPlanner};
+use super::{Answer, AsForecast, MissionPlanner};
 use crate::forecast::{self, MissionForecast};
 use crate::objectives::Objective;
 use crate::plan::Step;
 use crate::{energy, free_order};
+
+/// A wind in which nothing can be flown is looked at again after this time. (ENG: the mean that the monitor's rules take of a wind.)
+const WIND_PASSES: Duration = Duration::from_secs(10);
 
 impl MissionPlanner {
     /// What `mission` would need from `state` on in this wind, if it were the mission now; nothing changes. As many optional
@@ -43,6 +46,18 @@ impl MissionPlanner {
                 "cannot be flown in a wind of {wind_m_s:.1} m/s: the vehicle flies at most {airspeed_m_s:.1} m/s through the air"
             )
         })
+    }
+
+    /// The answer where nothing can be flown in this wind: one that was measured passes, and is waited for.
+    pub(super) fn answer_to_wind(&mut self) -> Option<Answer> {
+        let reason = self.too_windy()?;
+        match (self.config.wind, &self.forecast) {
+            (Wind::Towards { .. }, None) => Some(Answer::Hold { wait: WIND_PASSES, reason, planned: false }),
+            _ => {
+                self.objectives.give_up_rest(&reason);
+                Some(Answer::Finished)
+            }
+        }
     }
 
     /// Before the first plan: chooses a free order, and before takeoff leaves out what the battery does not suffice for. Why

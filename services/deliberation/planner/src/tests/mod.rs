@@ -47,6 +47,8 @@ struct Story {
     now: Now,
     state: v1::PlanningState,
     origin: Option<Origin>,
+    /// As the vehicle estimates it, towards north and east in m/s.
+    wind: Option<(f64, f64)>,
     /// The mission as far as it has come, and the steps that were flown since.
     mission: MissionStatus,
     notes: Option<v1::PlannerNotes>,
@@ -97,6 +99,7 @@ impl Story {
             now: Now { time: Time::ZERO, utc_ms: UTC_START_MS },
             state: v1::PlanningState { position: Some(v1::Ned::default()), ..Default::default() },
             origin: None,
+            wind: None,
             areas: MissionAreas::of(&mission.areas, &mission.feeds),
             mission: MissionStatus::beginning(&mission),
             notes: None,
@@ -131,6 +134,7 @@ impl Story {
             at: self.now,
             state: state.unwrap(),
             vehicle_origin: self.origin,
+            wind: self.wind,
             mission: self.mission.clone(),
             notes: self.notes.clone(),
             areas_id: self.areas.id().to_owned(),

@@ -230,3 +230,22 @@ fn a_mission_that_is_tried_out_is_answered_with_its_energy_and_its_order() {
     let refused = ask(&mut story, text, Some(nonsense));
     assert!(!refused.accepted && refused.text.starts_with("`wind` is NaN m/s"), "{}", refused.text);
 }
+
+/// Out with the wind, and back against it: 6 km in all.
+#[test]
+fn a_measured_wind_that_leaves_no_way_home_keeps_it_on_the_ground() {
+    #[track_caller]
+    fn check(wind: Option<(f64, f64)>, expected: &str) {
+        let mut story = story("", &[objective("out", [0.0, 3000.0, 10.0], ""), objective("home", [0.0, 0.0, 0.0], "")]);
+        story.wind = wind;
+        let answer = story.plan();
+        let told = format!("{answer}{}", outcomes(&mut story).join("; "));
+        assert!(told.contains(expected), "{wind:?}: {told}");
+    }
+    check(None, "takeoff");
+    // Weaker than the usual wind of 4 m/s, which is reckoned with anyway.
+    check(Some((0.0, 3.0)), "takeoff");
+    check(Some((0.0, 12.0)), "the mission needs ");
+    // It passes, and is waited for.
+    check(Some((0.0, 16.0)), "hold 10 s: cannot be flown in a wind of 16.0 m/s: the vehicle flies at most 15.0 m/s");
+}

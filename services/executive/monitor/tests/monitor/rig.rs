@@ -260,7 +260,7 @@ fn all_is_well() -> v1::McmStatus {
         endurance_s: 900.0,
         ..Default::default()
     };
-    let progress = v1::FlightProgress { path_deviation_m: Some(0.3), overrun: Some(-0.5), ..Default::default() };
+    let progress = v1::FlightProgress { path_deviation_m: Some(0.3), pace: Some(1.0), ..Default::default() };
     v1::McmStatus { energy: Some(energy), progress: Some(progress), ..Default::default() }
 }
 

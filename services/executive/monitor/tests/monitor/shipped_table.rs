@@ -77,8 +77,8 @@ const CAUSES: [Cause; 51] = [
     ("manager_lost", |rig| rig.vehicle.hung.push("mcm"), 0.1),
     ("clock_jumped", |rig| rig.utc_ms += 1200, 61.0),
     ("cancel_ignored", |rig| progress(rig).cancel_s = 5.1, 0.1),
-    ("skill_overruns", |rig| progress(rig).overrun = Some(0.51), 0.1),
-    ("no_plan", |rig| progress(rig).plan_s = 300.1, 0.1),
+    ("skill_overruns", |rig| progress(rig).pace = Some(0.66), 0.1),
+    ("no_plan", |rig| (progress(rig).plan_s, energy(rig).best) = (1.1, margin(0.029)), 0.1),
     ("operator_silent", |rig| progress(rig).operator_s = 600.1, 0.1),
     ("record_unwritable", |rig| rig.vehicle.record_trouble = "the disk is full".into(), 0.1),
 ];

@@ -24,6 +24,11 @@ impl Deadline {
         self.at.get_or_insert(at);
     }
 
+    /// It comes later after all, with data that may be missing then.
+    pub(super) fn move_to(&mut self, at: Time) {
+        (self.at, self.postponed) = (Some(at), false);
+    }
+
     /// When it is, once it is set.
     pub(super) fn at(&self) -> Option<Time> {
         self.at
@@ -59,5 +64,8 @@ mod tests {
         assert_eq!(deadline.at(), Some(at(13)));
         assert!(!deadline.is_missed(at(12), true));
         assert!(deadline.is_missed(at(13), false));
+        deadline.move_to(at(30));
+        assert!(!deadline.is_missed(at(29), false));
+        assert!(!deadline.is_missed(at(30), false), "postponed again");
     }
 }

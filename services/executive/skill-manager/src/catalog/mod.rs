@@ -11,11 +11,14 @@ use crate::vehicle::View;
 
 mod deadline;
 mod descent;
+mod forward;
 mod land;
 mod offboard;
 mod release;
 mod stop;
 mod takeoff;
+
+use forward::Forward;
 
 /// What distinguishes one kind of skill. The life that all of them share is in [`crate::fsm`].
 pub(crate) trait Skill: std::fmt::Debug + Send {
@@ -108,8 +111,8 @@ pub(crate) fn skill_for(goal: Goal, config: &Config, pace: Pace) -> Box<dyn Skil
         Goal::Stop => Box::new(stop::Stop::new(config, pace)),
         Goal::Position { target, speed_limit_m_s, yaw_rad, hold_at_target } => {
             let setpoint = Setpoint::Position { target, speed_limit_m_s: Some(speed_limit_m_s), yaw_rad };
-            let limits = offboard::Limits::new(config, pace, speed_limit_m_s);
-            Box::new(offboard::Position::new(target, setpoint, hold_at_target, limits))
+            let (limits, forward) = (offboard::Limits::new(config, speed_limit_m_s), Forward::new(config, pace));
+            Box::new(offboard::Position::new(target, setpoint, hold_at_target, limits, forward))
         }
         Goal::Velocity { velocity, yaw_rate_rad_s, timeout_s } => {
             Box::new(offboard::Velocity::new(Setpoint::Velocity { velocity, yaw_rate_rad_s }, timeout_s))

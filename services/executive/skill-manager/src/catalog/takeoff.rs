@@ -1,5 +1,5 @@
 //! Takeoff: arm if necessary, then climb straight up, relative to the height at the time of the
-//! request.
+//! request. It fails once it climbs no higher.
 
 use std::time::Duration;
 
@@ -7,11 +7,11 @@ use domain::fmu::{Command, FlightMode, LocalPosition};
 use domain::time::{Pace, Time};
 use kittiwake_proto::v1::{SkillKind, SkillOutcome};
 
-use super::deadline::Deadline;
+use super::forward::Forward;
 use super::{Ready, Skill};
 use crate::config::Config;
 use crate::fsm::Ending;
-use crate::vehicle::{View, at_wall_rate};
+use crate::vehicle::View;
 
 /// A climb, with its target height once that is known.
 #[derive(Debug)]
@@ -19,6 +19,7 @@ pub(crate) struct Takeoff {
     climb_m: f64,
     height_tolerance_m: f64,
     climb_rate_tolerance_m_s: f64,
+    climb_m_s: f64,
     settle: Duration,
     /// From the first position after the request: a request that waits must not climb from where the
     /// vehicle is later.
@@ -26,25 +27,22 @@ pub(crate) struct Takeoff {
     arms: bool,
     /// When the autopilot ended the climb by itself.
     levelled_off: Option<Time>,
-    limit: Duration,
-    deadline: Deadline,
+    forward: Forward,
 }
 
 impl Takeoff {
     /// A takeoff by `climb_m`.
     pub(crate) fn new(climb_m: f64, config: &Config, pace: Pace) -> Takeoff {
-        let nominal_s = climb_m.abs() / config.vehicle_takeoff_m_s.get();
-        let limit_s = nominal_s * (1.0 + config.deadline_slack.get()) + config.deadline_margin_s.get();
         Takeoff {
             climb_m,
             height_tolerance_m: config.takeoff_tolerance_m.get(),
             climb_rate_tolerance_m_s: config.climb_rate_tolerance_m_s.get(),
+            climb_m_s: config.vehicle_takeoff_m_s.get(),
             settle: config.takeoff_settle_s.seconds(),
             target_height_m: None,
             arms: true,
             levelled_off: None,
-            limit: pace.limit(Duration::try_from_secs_f64(limit_s).unwrap_or(Duration::MAX)),
-            deadline: Deadline::new(at_wall_rate(pace, config.data_wait_s.seconds())),
+            forward: Forward::new(config, pace),
         }
     }
 
@@ -102,7 +100,7 @@ impl Skill for Takeoff {
     }
 
     fn execute(&mut self, now: Time) {
-        self.deadline.set(now + self.limit);
+        self.forward.begin(now);
     }
 
     fn progress(&mut self, view: &View, now: Time) -> Option<Ending> {
@@ -131,14 +129,14 @@ impl Skill for Takeoff {
             let reason = format!("the climb to {target_m:.1} m ended {reached}");
             return Some(Ending::because(SkillOutcome::Failed, reason));
         }
-        let is_late = self.deadline.is_missed(now, view.vertical.is_some());
-        is_late.then(|| {
+        let left_s = view.vertical.map(|it| self.height_left_m(&it) / self.climb_m_s);
+        self.forward.has_failed(now, left_s).then(|| {
             Ending::because(SkillOutcome::TimedOut, format!("did not climb to {target_m:.1} m: still {reached}"))
         })
     }
 
     fn deadline(&self) -> Option<Time> {
-        self.settled_at().into_iter().chain(self.deadline.at()).min()
+        self.settled_at().into_iter().chain(self.forward.judged_at()).min()
     }
 
     fn distance_left_m(&self, motion: &LocalPosition) -> f64 {

@@ -146,8 +146,8 @@ fn a_flight_without_a_known_position_ends() {
     let mut rig = Rig::silent(Autopilot::flying().silent_about(Source::Position));
     rig.run(1.0);
     let position = rig.start(fly_to(50.0));
-    // 1.5 s for the data, and the margin of a deadline: 20 s.
-    rig.run(21.0);
+    // 1.5 s for the data, the 30 s after which it is judged, and 1.5 s for the data again.
+    rig.run(32.0);
     assert!(rig.ending(position).is_none());
     rig.run(2.0);
     assert_eq!(rig.outcome(position), TimedOut);

@@ -1,14 +1,13 @@
 //! The mission that is flown, as far as it has come. The manager keeps it, and each question to the planner carries it.
 
 use domain::area::Area;
-use domain::geodesy::Origin;
 use domain::mission::{Mission, MissionAreas};
 use domain::plan::{self, Course, FlownStep, MissionStatus, Step};
-use domain::state::State;
-use domain::time::Now;
 use domain::wire::InvalidMessage;
 use domain::wire::plan::course;
 use kittiwake_proto::v1;
+
+use super::Viewpoint;
 
 /// The mission, the planner's notes, its areas, and what was flown since the notes. Areas that are taken by traffic that stands
 /// come on top: they are kept out of, and belong to no mission.
@@ -84,18 +83,14 @@ impl FlownMission {
     }
 
     /// What an answer about it depends on, and whether the areas are in it.
-    pub(crate) fn basis(
-        &mut self,
-        at: Now,
-        state: State,
-        vehicle_origin: Option<Origin>,
-        rest: Vec<Step>,
-    ) -> (plan::Basis, bool) {
+    pub(crate) fn basis(&mut self, viewpoint: Viewpoint, rest: Vec<Step>) -> (plan::Basis, bool) {
+        let Viewpoint { at, state, origin: vehicle_origin, wind } = viewpoint;
         let sends_areas = !std::mem::replace(&mut self.are_areas_told, true);
         let basis = plan::Basis {
             at,
             state,
             vehicle_origin,
+            wind,
             mission: self.status.clone(),
             notes: self.notes.clone(),
             areas_id: self.areas().id().to_owned(),

@@ -71,6 +71,8 @@ pub(crate) struct Viewpoint {
     pub(crate) state: State,
     /// Of the vehicle's local frame.
     pub(crate) origin: Option<Origin>,
+    /// As it is estimated, towards north and east in m/s.
+    pub(crate) wind: Option<(f64, f64)>,
 }
 
 /// The mission and the planner's client.
@@ -188,7 +190,7 @@ impl Planner {
 
     /// What an answer about the mission depends on, and whether its areas are in it.
     pub(crate) fn basis_from(&mut self, viewpoint: Viewpoint) -> (domain::plan::Basis, bool) {
-        self.mission.basis(viewpoint.at, viewpoint.state, viewpoint.origin, self.flight.rest())
+        self.mission.basis(viewpoint, self.flight.rest())
     }
 
     /// Where the vehicle's local frame had its origin when a plan was asked for last.

@@ -138,7 +138,7 @@ impl Client {
         }
         let basis =
             Basis { revision: 0, held: held.then(|| "A".to_owned()).into_iter().collect(), areas_id: String::new() };
-        let viewpoint = Viewpoint { at: Now { time: self.now, utc_ms: 0 }, state: state(), origin: None };
+        let viewpoint = Viewpoint { at: Now { time: self.now, utc_ms: 0 }, state: state(), origin: None, wind: None };
         self.planner.ask_for_plan(viewpoint, (basis, Grants::new()), 1.5, SECOND, &mut self.outbox);
         if let PlanRequest::Asked(question) = self.planner.request() {
             assert_eq!(question.denials, self.untold, "every denial is told");

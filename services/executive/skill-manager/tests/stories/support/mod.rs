@@ -29,7 +29,5 @@ vehicle_speed_m_s = 12.0
 vehicle_climb_m_s = 3.0
 vehicle_descent_m_s = 1.5
 vehicle_takeoff_m_s = 1.5
-deadline_slack = 1.0
-deadline_margin_s = 20.0
 memory_s = 300.0
 "#;
