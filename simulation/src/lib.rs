@@ -125,6 +125,17 @@ impl System {
         let simulation = Simulation::without_gateway(&setup, &self.files, mission, Changes::default(), world.clone())?;
         Ok(simulation.in_sight(world))
     }
+
+    /// A flight of a mission over its ground, in contact with the ground.
+    pub(crate) fn over(&self, mission: Mission, seed: u64, ground: Relief) -> Result<Simulation<'static>, Mistakes> {
+        let (permissions, machine) = (Policy::Grant, Machine::Ideal);
+        let setup = Setup { config: Path::new(""), mission: None, permissions, seed, machine };
+        let world = simulated(&self.files, &setup, ground);
+        let mut simulation =
+            Simulation::without_gateway(&setup, &self.files, mission, Changes::default(), world.clone())?;
+        simulation.bus.add(Scope::Fleet, Ground::default());
+        Ok(simulation.in_sight(world))
+    }
 }
 
 /// With which the control tower signs: the same in every flight.

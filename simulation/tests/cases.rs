@@ -202,3 +202,10 @@ fn a_pause_that_nobody_ends_ends_at_home() {
     assert!(simulation.fly_until("flag `operator_silent` raised: operator.awaited_s 600.", s(620)));
     ends(simulation, MissionOutcome::Emergency, &["`operator_silent`: return_home"]);
 }
+
+#[test]
+fn a_battery_that_reports_a_fault_brings_it_to_the_nearest_fit_place() {
+    let mut simulation = when("step 2 of 5");
+    simulation.inject_fault("battery_fault", &[]);
+    ends(simulation, MissionOutcome::Emergency, &["flag `battery_faulty` raised: ", "`battery_faulty`: divert"]);
+}
