@@ -51,13 +51,15 @@ fn set(chunk: &str, key: &str, value: Option<&str>) -> String {
 }
 
 fn without(chunks: &mut Vec<String>, is_out: impl Fn(&str) -> bool) {
-    let out: Vec<String> = chunks.iter().filter_map(|it| flag_of(it)).filter(|it| is_out(it)).map(str::to_owned).collect();
+    let out: Vec<String> =
+        chunks.iter().filter_map(|it| flag_of(it)).filter(|it| is_out(it)).map(str::to_owned).collect();
     assert!(!out.is_empty());
     chunks.retain(|it| flag_of(it).is_none_or(|flag| !is_out(flag)));
     // Nobody is explained by a row that is not there.
     for chunk in chunks {
         let Some(line) = chunk.lines().find(|it| it.starts_with("explained_by = [")) else { continue };
-        let left: Vec<&str> = line.split('"').skip(1).step_by(2).filter(|it| !out.iter().any(|out| out == it)).collect();
+        let left: Vec<&str> =
+            line.split('"').skip(1).step_by(2).filter(|it| !out.iter().any(|out| out == it)).collect();
         let value = format!("[{}]", left.iter().map(|it| format!("\"{it}\"")).collect::<Vec<_>>().join(", "));
         *chunk = set(chunk, "explained_by", (!left.is_empty()).then_some(value.as_str()));
     }
@@ -75,7 +77,8 @@ fn edited(edits: &[Edit]) -> String {
             Without(flags) => without(&mut chunks, |it| flags.contains(&it)),
             WithoutGroups(groups) => {
                 let is_of = |chunk: &String| groups.iter().any(|it| chunk.contains(&format!("\ngroup = \"{it}\"\n")));
-                let out: Vec<String> = chunks.iter().filter(|it| is_of(it)).filter_map(|it| flag_of(it)).map(str::to_owned).collect();
+                let out: Vec<String> =
+                    chunks.iter().filter(|it| is_of(it)).filter_map(|it| flag_of(it)).map(str::to_owned).collect();
                 without(&mut chunks, |it| out.iter().any(|out| out == it) && !NEEDED.contains(&it));
             }
             Set(flag, key, value) => change(flag, key, Some(value)),
@@ -111,7 +114,10 @@ fn there_is_nothing_against_the_shipped_table_and_its_waivers_hide_no_response()
     let table = edited(&[]);
     let waived = HAZARDS.iter().filter(|it| table.contains(&format!("hazard = \"{}\"", it.name)));
     let names: Vec<&str> = waived.map(|it| it.name).collect();
-    assert_eq!(names, ["battery-voltage-low", "global-position-silent", "land-detector-silent", "autopilots-own-link-lost"]);
+    assert_eq!(
+        names,
+        ["battery-voltage-low", "global-position-silent", "land-detector-silent", "autopilots-own-link-lost"]
+    );
 }
 
 #[test]
@@ -125,20 +131,32 @@ fn every_row_of_a_group_can_be_missed() {
             assert!(remarks.iter().any(|it| it.what.contains(&told)), "{hazard}: {remarks:#?}");
         }
     }
-    let energy = ["battery-low", "battery-nearly-empty", "battery-silent", "battery-hot", "battery-faulty", "energy-short"];
+    let energy =
+        ["battery-low", "battery-nearly-empty", "battery-silent", "battery-hot", "battery-faulty", "energy-short"];
     let navigation = ["position-invalid", "satellites-lost", "position-silent", "position-coarse", "heading-wrong"];
-    let vehicle = ["motor-failed", "turned-over", "falling", "vibration-extreme", "setpoints-lost", "autopilot-returns"];
+    let vehicle =
+        ["motor-failed", "turned-over", "falling", "vibration-extreme", "setpoints-lost", "autopilot-returns"];
     check_all(&[WithoutGroups(&["energy"])], &energy);
     check_all(&[WithoutGroups(&["navigation", "vehicle"])], &navigation);
     check_all(&[WithoutGroups(&["navigation", "vehicle"])], &vehicle[..5]);
     check_all(&[WithoutGroups(&["weather"])], &["wind-too-strong", "wind-high", "gust-too-strong", "gust-at-landing"]);
-    check_all(&[Without(&["link_lost", "link_gone", "tower_lost"])], &["link-lost", "link-lost-for-long", "tower-silent"]);
-    check_all(&[Without(&["traffic_near", "drone_near", "vessel_near"])], &["aircraft-near", "drone-near", "vessel-near"]);
+    check_all(
+        &[Without(&["link_lost", "link_gone", "tower_lost"])],
+        &["link-lost", "link-lost-for-long", "tower-silent"],
+    );
+    check_all(
+        &[Without(&["traffic_near", "drone_near", "vessel_near"])],
+        &["aircraft-near", "drone-near", "vessel-near"],
+    );
 }
 
 #[test]
 fn a_hazard_without_a_row_is_named() {
-    check(&[Without(&["battery_faulty"])], "", "hazard `battery-faulty` (battery.faulty true) calls for a response (return, divert)");
+    check(
+        &[Without(&["battery_faulty"])],
+        "",
+        "hazard `battery-faulty` (battery.faulty true) calls for a response (return, divert)",
+    );
     check(&[Without(&["clock_jumped"])], "", "hazard `clock-jumped`");
     check(&[Without(&["cancel_ignored"])], "", "hazard `skill-does-not-end`");
     check(&[Without(&["autopilot_comes_down"])], "", "hazard `autopilot-returns`");
@@ -147,32 +165,70 @@ fn a_hazard_without_a_row_is_named() {
 #[test]
 fn a_response_that_does_not_fit_is_named_by_its_row() {
     let hover = |flag: &'static str| {
-        [Set(flag, "actions", "[\"stop\"]"), Set(flag, "emergency", "\"stop\""), Set(flag, "clears", "\"with-condition\"")]
+        [
+            Set(flag, "actions", "[\"stop\"]"),
+            Set(flag, "emergency", "\"stop\""),
+            Set(flag, "clears", "\"with-condition\""),
+        ]
     };
     let both: Vec<Edit> = hover("battery_critical").into_iter().chain(hover("battery_emergency")).collect();
-    check(&both, "battery_critical", "hazard `battery-nearly-empty` (battery.charge_percent 6.00 %) calls for a response (land)");
+    check(
+        &both,
+        "battery_critical",
+        "hazard `battery-nearly-empty` (battery.charge_percent 6.00 %) calls for a response (land)",
+    );
     check(&both, "battery_emergency", "`battery_emergency` answers by `stop` (hold)");
-    check(&hover("battery_emergency"), "battery_emergency", "never responds: whenever its flag is up, so is `battery_critical`");
+    check(
+        &hover("battery_emergency"),
+        "battery_emergency",
+        "never responds: whenever its flag is up, so is `battery_critical`",
+    );
     check(&hover("motor_failure"), "motor_failure", "hazard `motor-failed`");
     check(&hover("estimator_lost"), "estimator_lost", "hazard `position-invalid`");
     // In the water, or among people, although it still flies.
-    let lands = |flag: &'static str, action: &'static str| [Set(flag, "actions", action), Set(flag, "emergency", "\"land_now\"")];
+    let lands = |flag: &'static str, action: &'static str| {
+        [Set(flag, "actions", action), Set(flag, "emergency", "\"land_now\"")]
+    };
     check(&lands("battery_low", "[\"land_now\"]"), "battery_low", "`battery_low` answers by `land_now` (land)");
-    check(&lands("battery_low", "[\"ditch\"]"), "battery_low", "`battery_low` answers by `ditch, else land_now` (ditch)");
+    check(
+        &lands("battery_low", "[\"ditch\"]"),
+        "battery_low",
+        "`battery_low` answers by `ditch, else land_now` (ditch)",
+    );
     check(&lands("link_gone", "[\"ditch\"]"), "link_gone", "hazard `link-lost-for-long`");
-    check(&lands("area_breached", "[\"land_now\"]"), "area_breached", "hazard `area-closed` (`area_breached` is raised");
+    check(
+        &lands("area_breached", "[\"land_now\"]"),
+        "area_breached",
+        "hazard `area-closed` (`area_breached` is raised",
+    );
     check(&lands("skill_manager_lost", "[\"terminate\"]"), "skill_manager_lost", "hazard `skill-manager-dead`");
     check(&lands("ended_in_air", "[\"land_now\"]"), "ended_in_air", "hazard `ended-in-the-air`");
 }
 
 #[test]
 fn a_row_that_does_not_count_where_its_hazard_is_met_is_named() {
-    check(&[Set("battery_low", "phases", "[\"on-ground\", \"takeoff\", \"landing\"]")], "battery_low", "`battery_low` does not count on the way");
-    check(&[Set("battery_low", "phases", AIR)], "battery_low", "within 10 s on the ground: `battery_low` does not count on the ground");
+    check(
+        &[Set("battery_low", "phases", "[\"on-ground\", \"takeoff\", \"landing\"]")],
+        "battery_low",
+        "`battery_low` does not count on the way",
+    );
+    check(
+        &[Set("battery_low", "phases", AIR)],
+        "battery_low",
+        "within 10 s on the ground: `battery_low` does not count on the ground",
+    );
     check(&[Set("traffic_near", "phases", "[\"landing\"]")], "traffic_near", "hazard `aircraft-near`");
-    check(&[Set("local_position_stale", "phases", "[\"on-ground\"]")], "local_position_stale", "hazard `position-silent`");
+    check(
+        &[Set("local_position_stale", "phases", "[\"on-ground\"]")],
+        "local_position_stale",
+        "hazard `position-silent`",
+    );
     check(&[Set("link_lost", "situations", "[\"unseen\"]")], "link_lost", "does not count on the way, flying");
-    check(&[Set("battery_stale", "during", "\"flying\"")], "battery_stale", "`battery_stale` is not raised on the ground");
+    check(
+        &[Set("battery_stale", "during", "\"flying\"")],
+        "battery_stale",
+        "`battery_stale` is not raised on the ground",
+    );
     check(&[Unset("tower_lost", "narrows")], "tower_lost", "calls for a flag that narrows (no-new-area)");
     check(&[Set("heading_fault", "narrows", "[\"no-new-area\"]")], "heading_fault", "hazard `heading-wrong`");
 }
@@ -181,12 +237,20 @@ fn a_row_that_does_not_count_where_its_hazard_is_met_is_named() {
 fn a_row_that_is_raised_too_late_is_named() {
     let late = |flag: &'static str, seconds: &'static str| [Set(flag, "for_s", seconds)];
     check(&late("battery_low", "600.0"), "battery_low", "`battery_low` is raised after 600 s");
-    check(&late("battery_emergency", "600.0"), "battery_emergency", "is raised after 600 s, and hazard `battery-empty`");
+    check(
+        &late("battery_emergency", "600.0"),
+        "battery_emergency",
+        "is raised after 600 s, and hazard `battery-empty`",
+    );
     check(&late("wind_too_strong", "300.0"), "wind_too_strong", "is raised after 300 s");
     check(&late("sinking", "5.0"), "sinking", "hazard `falling` (motion.climb_m_s -10.00 m/s)");
     check(&late("link_lost", "120.0"), "link_lost", "hazard `link-lost`");
     let when = |flag: &'static str, text: &'static str| [Set(flag, "when", text)];
-    check(&when("planner_gone", "\"planner.silent_s >= 3000 s\""), "planner_gone", "is not raised before planner.silent_s");
+    check(
+        &when("planner_gone", "\"planner.silent_s >= 3000 s\""),
+        "planner_gone",
+        "is not raised before planner.silent_s",
+    );
     check(&when("attitude_exceeded", "\"attitude.tilt_deg > 170 deg\""), "attitude_exceeded", "hazard `turned-over`");
     let lowered = [
         Set("battery_critical", "when", "\"battery.charge_percent < 3 %\""),
@@ -214,9 +278,21 @@ fn an_expression_that_does_not_do_what_it_says_is_named_however_it_is_written() 
     );
     check(&when("battery_low", "\"battery.charge_percent > 25 %\""), "battery_low", "is up while all is well");
     let clear = |flag: &'static str, text: &'static str| [Set(flag, "clear_when", text)];
-    check(&clear("battery_low", "\"battery.charge_percent * 2 >= 40 %\""), "battery_low", "would fall while what raises it holds");
-    check(&clear("wind_too_strong", "\"wind.speed_m_s - 2 m/s < 14 m/s\""), "wind_too_strong", "would fall while what raises it holds");
-    check(&clear("battery_critical", "\"max(battery.charge_percent, 0 %) > 9.9 %\""), "battery_critical", "would fall while");
+    check(
+        &clear("battery_low", "\"battery.charge_percent * 2 >= 40 %\""),
+        "battery_low",
+        "would fall while what raises it holds",
+    );
+    check(
+        &clear("wind_too_strong", "\"wind.speed_m_s - 2 m/s < 14 m/s\""),
+        "wind_too_strong",
+        "would fall while what raises it holds",
+    );
+    check(
+        &clear("battery_critical", "\"max(battery.charge_percent, 0 %) > 9.9 %\""),
+        "battery_critical",
+        "would fall while",
+    );
 }
 
 #[test]
@@ -233,7 +309,11 @@ fn a_row_that_another_one_hides_is_named_however_it_is_written() {
     hidden("battery.charge_percent + 5 % < 20 %", &returns, "battery_low");
     hidden("min(battery.charge_percent, 80 %) * 2 < 30 %", &returns, "battery_low");
     hidden("not (battery.charge_percent >= 4 %)", &format!("actions = [\"land\"]\n{RETURNS}"), "battery_emergency");
-    hidden("wind.speed_m_s - 1 m/s > 16 m/s", &format!("actions = [\"stop\"]\nalarm = \"caution\"\n{HOLDS}"), "wind_too_strong");
+    hidden(
+        "wind.speed_m_s - 1 m/s > 16 m/s",
+        &format!("actions = [\"stop\"]\nalarm = \"caution\"\n{HOLDS}"),
+        "wind_too_strong",
+    );
 }
 
 #[test]

@@ -37,7 +37,7 @@ fn ground() -> Ground {
 
 /// Before the takeoff, over the water, on the way back.
 const MOMENTS_S: [u64; 3] = [1, 28, 55];
-/// Of them the one for pairs, and by how much the second fault comes later.
+/// The one for pairs, and by how much the second fault comes later.
 const OVER_WATER_S: u64 = MOMENTS_S[1];
 const GAP_S: u64 = 6;
 /// Of the pairs every one of this number: a prime, so that each fault comes first and second.
@@ -57,7 +57,7 @@ pub struct Case {
     script: Script,
 }
 
-/// What came of it.
+/// A flight with faults, flown.
 #[derive(Debug, Clone)]
 pub struct Flown {
     /// In words.
@@ -81,7 +81,7 @@ fn troubles() -> Vec<(&'static str, Trouble)> {
     };
     let kill = |hazard, process: &str| {
         let (process, time) = (process.to_owned(), Duration::from_millis(3500));
-        (hazard, Trouble::Kill { process, time, memory: Memory::Kept })
+        (hazard, Trouble::Kill { process, time, memory: Memory::Lost })
     };
     vec![
         fault("battery-low", "battery", &["0.2"]),
@@ -119,10 +119,7 @@ fn troubles() -> Vec<(&'static str, Trouble)> {
         hang("skill-manager-dead", "skill-manager", 5),
         kill("skill-manager-dead", "skill-manager"),
         kill("monitor-dead", "monitor"),
-        (
-            "clock-jumped",
-            Trouble::Clock(60_000),
-        ),
+        ("clock-jumped", Trouble::Clock(60_000)),
     ]
 }
 

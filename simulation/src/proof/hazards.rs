@@ -30,7 +30,9 @@ pub(super) fn unanswered(table: &Contingencies) -> Vec<Remark> {
         }
     }
     for waiver in table.waivers() {
-        let Some(phase) = waiver.phases.iter().find(|it| is_answered_in(table.rows(), waiver.hazard, **it)) else { continue };
+        let Some(phase) = waiver.phases.iter().find(|it| is_answered_in(table.rows(), waiver.hazard, **it)) else {
+            continue;
+        };
         remarks.push(Remark {
             place: Place::Waiver(waiver.hazard.name),
             what: format!("`{}` is waived {phase}, and answered there", waiver.hazard.name),
@@ -76,7 +78,10 @@ fn late(table: &Contingencies, hazard: &Hazard) -> Vec<Remark> {
         let Hazard { name, sign, within_s, .. } = hazard;
         Remark {
             place: Place::Row(row.flag.clone()),
-            what: format!("`{}` is raised after {hold_s} s, and hazard `{name}` ({sign}) leaves {within_s} s", row.flag),
+            what: format!(
+                "`{}` is raised after {hold_s} s, and hazard `{name}` ({sign}) leaves {within_s} s",
+                row.flag
+            ),
             help: "set a shorter `for_s`",
         }
     };
@@ -95,7 +100,8 @@ pub fn answers(table: &Contingencies) -> Vec<Vec<String>> {
             let by: BTreeSet<String> = phases.iter().map(|it| answered_by(table, hazard, *answer, *it)).collect();
             let within = format!("{} s", hazard.within_s);
             let by = by.into_iter().collect::<Vec<_>>().join("; ");
-            let texts = [hazard.sign.to_string(), within, joined(phases), answer.to_string(), by, hazard.source.to_owned()];
+            let texts =
+                [hazard.sign.to_string(), within, joined(phases), answer.to_string(), by, hazard.source.to_owned()];
             std::iter::once(format!("`{}`", hazard.name)).chain(texts).collect::<Vec<_>>()
         };
         hazard.calls_for.iter().map(of_group).collect::<Vec<_>>()
@@ -104,7 +110,8 @@ pub fn answers(table: &Contingencies) -> Vec<Vec<String>> {
 }
 
 /// What the columns of [`answers`] say.
-pub const HEADINGS: [&str; 7] = ["hazard", "shown by", "within", "in which phases", "calls for", "answered by", "source"];
+pub const HEADINGS: [&str; 7] =
+    ["hazard", "shown by", "within", "in which phases", "calls for", "answered by", "source"];
 
 /// The row that answers it in this phase, its waiver, or nothing.
 fn answered_by(table: &Contingencies, hazard: &Hazard, answer: Answer, phase: Phase) -> String {
@@ -270,11 +277,9 @@ fn why(rows: &[Row], number: usize, hazard: &Hazard, answer: Answer, moment: Mom
         Some(_) if hazard.within_s < hold_s => format!("is raised after {hold_s} s"),
         Some(_) if !fits(row, answer) => format!("answers by `{}` ({})", row.response(), row.severity().name()),
         Some(_) if !moment.counts(row) => format!("does not count {}, {}", moment.phase, moment.situation),
-        Some(_) => {
-            match responder(rows, raised(rows, hazard, moment), moment) {
-                Some(other) => format!("waits behind `{}`", rows[other].flag),
-                None => format!("answers by `{}`", row.response()),
-            }
-        }
+        Some(_) => match responder(rows, raised(rows, hazard, moment), moment) {
+            Some(other) => format!("waits behind `{}`", rows[other].flag),
+            None => format!("answers by `{}`", row.response()),
+        },
     }
 }

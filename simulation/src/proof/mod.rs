@@ -1,4 +1,4 @@
-//! That a table answers everything: what can be seen of it without flying, hazards among it ([`hazards`]), every set of flags within a
+//! That a table answers everything: what can be seen without flying, hazards included ([`hazards`]), every set of flags within a
 //! group, every single flag and every ordered pair in every phase of a mission, flown by the services themselves, and flags that faults
 //! raise ([`faults`]).
 //!

@@ -3,7 +3,7 @@
 //!
 //! A pure function of the table. What a single row may not say is refused when the file is read (`domain::contingency`).
 
-use domain::contingency::snapshot::Field;
+use domain::contingency::snapshot::{Field, Kind};
 use domain::contingency::when::During;
 use domain::contingency::{Clears, Contingencies, Phase, Row, Severity};
 
@@ -86,7 +86,8 @@ fn are_alike(a: &Row, b: &Row) -> bool {
 /// What a row without a hold measures, unless that lasts by itself.
 fn unheld_threshold(row: &Row) -> Option<&'static str> {
     let when = row.when.as_ref().filter(|it| it.hold.is_zero())?;
-    when.raises.thresholds().into_iter().map(|it| it.field).find(|it| !it.lasts()).map(Field::name)
+    let is_measured = |it: &Field| matches!(it.kind(), Kind::Number { .. }) && !it.lasts();
+    when.fields().iter().copied().find(is_measured).map(Field::name)
 }
 
 #[cfg(test)]

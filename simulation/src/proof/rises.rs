@@ -17,11 +17,11 @@ use super::review::{Place, Remark};
 
 /// Values of a field that are tried, by the number of fields of an expression.
 const POINTS: [usize; 5] = [60, 60, 16, 8, 5];
-/// Two neighbours, of which one holds: so often is the border between them halved.
+/// How often the border between two neighbours is halved, of which one holds.
 const HALVINGS: usize = 40;
-/// Of the values that raise a flag, so many are tried beside all other rows.
+/// How many of the values that raise a flag are tried beside all other rows.
 const TRIED: usize = 200;
-/// Beside a threshold, as a part of it.
+/// Beside a threshold, relative to the threshold.
 const BESIDE: f64 = 1e-6;
 
 /// What is wrong with the row of this number.
@@ -40,7 +40,8 @@ pub(super) fn of_row(rows: &[Row], number: usize) -> Vec<Remark> {
     let mut remarks = Vec::new();
     let raised = grid.raised();
     if raised.is_empty() {
-        let what = format!("`{}` never rises: nothing that its sources can say raises it ({})", row.flag, grid.limits());
+        let what =
+            format!("`{}` never rises: nothing that its sources can say raises it ({})", row.flag, grid.limits());
         return vec![remark(what, "choose a threshold that is reached")];
     }
     if let Some(field) = grid.idle_field() {
@@ -56,7 +57,10 @@ pub(super) fn of_row(rows: &[Row], number: usize) -> Vec<Remark> {
             "`{}` never responds: whenever its flag is up, so is `{}`, which comes before it in each of its phases",
             row.flag, rows[other].flag
         );
-        remarks.push(remark(what, "give the row that is raised later the more severe response, or the more urgent priority"));
+        remarks.push(remark(
+            what,
+            "give the row that is raised later the more severe response, or the more urgent priority",
+        ));
     }
     remarks
 }
@@ -136,8 +140,7 @@ impl Grid<'_> {
     /// What is measured where both expressions hold, if that can be.
     fn falls_while_raised(&self, when: &When) -> Option<String> {
         let clears = when.clears.as_ref()?;
-        let both =
-            |it: &Snapshot| self.raises.verdict(it) == Verdict::Holds && clears.verdict(it) == Verdict::Holds;
+        let both = |it: &Snapshot| self.raises.verdict(it) == Verdict::Holds && clears.verdict(it) == Verdict::Holds;
         let border = |axis: usize| {
             self.neighbours(axis).filter_map(move |(a, b)| {
                 let is_border = self.raises.verdict(&a) != self.raises.verdict(&b);
@@ -186,9 +189,11 @@ fn values(field: Field, when: &When, points: usize) -> Vec<Option<f64>> {
             let share = |it: usize| it as f64 / points as f64;
             let even = (0..=points).map(|it| lowest + (highest - lowest) * share(it));
             let close = (0..=points).map(|it| lowest + (highest - lowest) * share(it).powi(4));
-            let thresholds = when.raises.thresholds().into_iter().chain(when.clears.iter().flat_map(Expression::thresholds));
+            let thresholds =
+                when.raises.thresholds().into_iter().chain(when.clears.iter().flat_map(Expression::thresholds));
             let constants = thresholds.filter(|it| it.field == field).map(|it| it.value);
-            let beside = constants.flat_map(|it| [it, it - it.abs().max(1.0) * BESIDE, it + it.abs().max(1.0) * BESIDE]);
+            let beside =
+                constants.flat_map(|it| [it, it - it.abs().max(1.0) * BESIDE, it + it.abs().max(1.0) * BESIDE]);
             even.chain(close).chain(beside).chain([on_ground, in_air]).collect()
         }
     };

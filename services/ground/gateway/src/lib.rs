@@ -255,7 +255,8 @@ mod tests {
     fn check(speed: f64, messages: bool, expected: usize) {
         let pace = Pace::new(speed).unwrap();
         let access = AccessControl { tokens: Tokens::default(), audit: Audit::in_memory() };
-        let (mut gateway, api) = Gateway::new(&toml::from_str(CONFIG).unwrap(), pace, access, &Default::default(), || {});
+        let (mut gateway, api) =
+            Gateway::new(&toml::from_str(CONFIG).unwrap(), pace, access, &Default::default(), || {});
         let mut snapshots = api.snapshot.clone();
         let mut count = 0;
         for tick in 0..1000 {

@@ -203,7 +203,7 @@ mod tests {
     use crate::contingency::snapshot::MODES;
 
     #[test]
-    fn every_field_is_in_a_hazard_or_says_why_it_is_none() {
+    fn every_field_is_in_a_hazard_or_says_why_it_shows_nothing() {
         let signs = HAZARDS.iter().filter_map(|it| match it.sign {
             Fields(fields) => Some(fields),
             Flag(_) => None,

@@ -22,7 +22,7 @@ pub struct Reach {
 pub enum Part {
     /// It shows one.
     Hazard,
-    /// It says where and how the vehicle flies, which is no hazard by itself.
+    /// It says where and how the vehicle flies, which shows nothing by itself.
     Circumstance,
     /// It shows what another field shows as well.
     Shown(Field),
@@ -38,7 +38,7 @@ const fn measured(well: f64, lowest: f64, highest: f64) -> Reach {
     number(well, well, lowest, highest, Hazard)
 }
 
-/// A yes or no that is no while all is well.
+/// A yes or no, `false` while all is well.
 const NO: Reach = number(0.0, 0.0, 0.0, 1.0, Hazard);
 /// A silence, over a whole flight.
 const SILENCE: Reach = measured(0.0, 0.0, 3600.0);

@@ -70,8 +70,10 @@ mod tests {
 
     #[test]
     fn a_waiver_has_a_hazard_its_phases_and_a_reason() {
-        let table = read(&format!("{GOOD}[[waiver]]\nhazard = \"wind-high\"\nreason = \"it stands in a hangar\"\n")).unwrap();
-        let told: Vec<_> = table.waivers().iter().map(|it| (it.hazard.name, it.phases.len(), it.reason.as_str())).collect();
+        let table =
+            read(&format!("{GOOD}[[waiver]]\nhazard = \"wind-high\"\nreason = \"it stands in a hangar\"\n")).unwrap();
+        let told: Vec<_> =
+            table.waivers().iter().map(|it| (it.hazard.name, it.phases.len(), it.reason.as_str())).collect();
         assert_eq!(told, [("battery-low", 2, "a tether feeds the vehicle"), ("wind-high", 1, "it stands in a hangar")]);
     }
 
