@@ -310,9 +310,9 @@ fn a_row_that_another_one_hides_is_named_however_it_is_written() {
     hidden("min(battery.charge_percent, 80 %) * 2 < 30 %", &returns, "battery_low");
     hidden("not (battery.charge_percent >= 4 %)", &format!("actions = [\"land\"]\n{RETURNS}"), "battery_emergency");
     hidden(
-        "wind.speed_m_s - 1 m/s > 16 m/s",
+        "battery.silent_s - 5 s >= 20 s",
         &format!("actions = [\"stop\"]\nalarm = \"caution\"\n{HOLDS}"),
-        "wind_too_strong",
+        "battery_gone",
     );
 }
 

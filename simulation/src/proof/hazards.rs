@@ -15,10 +15,10 @@ use domain::situation::Situation;
 
 use super::review::{Place, Remark};
 
-/// How finely it is looked where a row begins to be raised, on the way from what is well to the hazard, and as far beyond.
+/// How finely it is looked where a row begins to be raised, on the way from what is well to the hazard.
 const STEPS: u32 = 400;
-/// A row that is raised only beyond the hazard is farther from it than one that is raised as much before.
-const BEYOND: f64 = 5.0;
+/// The steps beyond it grow, up to three thousand times as far.
+const GROWTH: f64 = 1.02;
 
 /// Every hazard without its answer, every row that is raised too late for one, and every waiver of one that is answered.
 pub(super) fn unanswered(table: &Contingencies) -> Vec<Remark> {
@@ -45,22 +45,25 @@ pub(super) fn unanswered(table: &Contingencies) -> Vec<Remark> {
 fn of_hazard(table: &Contingencies, hazard: &'static Hazard) -> Vec<Remark> {
     let rows = table.rows();
     // Phases with the same to say are one remark.
-    let mut found: BTreeMap<(Answered, String, Place), Vec<Phase>> = BTreeMap::new();
+    let mut found: BTreeMap<(Place, String, String), Vec<Phase>> = BTreeMap::new();
     for phase in Phase::ALL.into_iter().filter(|it| !is_waived(table, hazard, *it)) {
         let Some(answer) = hazard.calls_for(phase) else { continue };
         let Some(moment) = moments(phase).find(|it| !is_answered(rows, hazard, answer, *it)) else { continue };
+        let mut found = |place, why| found.entry((place, answer.to_string(), why)).or_default().push(phase);
         let suspects = suspects(rows, hazard, answer, moment);
-        let place = suspects.first().map_or(Place::Table, |it| Place::Row(rows[it.row].flag.clone()));
-        let words: Vec<String> = suspects.iter().map(|it| format!("`{}` {}", rows[it.row].flag, it.why)).collect();
-        found.entry((Answered(answer), words.join("; "), place)).or_default().push(phase);
+        for Suspect { row, why, .. } in &suspects {
+            found(Place::Row(rows[*row].flag.clone()), format!("`{}` {why}", rows[*row].flag));
+        }
+        if suspects.is_empty() {
+            found(Place::Table, "no row is about it".to_owned());
+        }
     }
-    let remark = |((answer, why, place), phases): ((Answered, String, Place), Vec<Phase>)| {
+    let remark = |((place, answer, why), phases): ((Place, String, String), Vec<Phase>)| {
         let Hazard { name, sign, within_s, .. } = hazard;
         let phases = phases.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
-        let why = if why.is_empty() { "no row is about it" } else { &why };
         Remark {
             place,
-            what: format!("hazard `{name}` ({sign}) calls for {} within {within_s} s {phases}: {why}", answer.0),
+            what: format!("hazard `{name}` ({sign}) calls for {answer} within {within_s} s {phases}: {why}"),
             help: "mend the row, add one, or write a [[waiver]] with its reason",
         }
     };
@@ -135,22 +138,6 @@ fn raised<'a>(rows: &'a [Row], hazard: &'a Hazard, moment: Moment) -> impl Itera
     rows.iter().enumerate().filter(move |(_, row)| is_up(row, hazard, &seen)).map(|(number, _)| up(number))
 }
 
-/// For the order of remarks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Answered(Answer);
-
-impl Ord for Answered {
-    fn cmp(&self, other: &Answered) -> std::cmp::Ordering {
-        self.0.to_string().cmp(&other.0.to_string())
-    }
-}
-
-impl PartialOrd for Answered {
-    fn partial_cmp(&self, other: &Answered) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
 /// The moments of this phase in which any row begins to respond.
 pub(super) fn moments(phase: Phase) -> impl Iterator<Item = Moment> {
     let begins = |it: &Situation| matches!(it, Situation::Standing | Situation::LiftingOff | Situation::Flying);
@@ -217,28 +204,33 @@ pub(super) fn is_about(row: &Row, hazard: &Hazard) -> bool {
     }
 }
 
-/// A row that is about the hazard, and why it does not answer it.
+/// A row that is about a hazard, and why it does not answer it.
 struct Suspect {
     row: usize,
     why: String,
+    /// From the level at which it is raised to that of the hazard.
     distance: f64,
 }
 
-/// The rows that are about a hazard, the one that is to be mended most likely first: of those that are raised nearest to it.
+/// The rows that may be wrong: of those whose response fits the one that is raised nearest to the hazard, and of those that are up
+/// and answer by something else the nearest one.
 fn suspects(rows: &[Row], hazard: &Hazard, answer: Answer, moment: Moment) -> Vec<Suspect> {
-    let suspect = |(number, row): (usize, &Row)| {
-        is_about(row, hazard).then(|| {
+    let of_kind = |is_fit: bool| {
+        let about = rows.iter().enumerate().filter(|(_, row)| is_about(row, hazard) && fits(row, answer) == is_fit);
+        let suspect = |(number, row): (usize, &Row)| {
             let begins = begins(row, hazard, moment);
-            let why = why(rows, number, hazard, answer, moment, begins);
-            // One whose response fits, and which is up, lacks only this.
-            let fits_elsewhere = begins.is_some_and(|it| it <= 1.0) && fits(row, answer);
-            let away = begins.map_or(f64::INFINITY, |it| if it <= 1.0 { 1.0 - it } else { BEYOND * (it - 1.0) });
-            Suspect { row: number, why, distance: if fits_elsewhere { -1.0 } else { away } }
-        })
+            let distance = match begins {
+                Some(share) if share <= 1.0 && is_fit => 0.0,
+                Some(share) => (share - 1.0).abs(),
+                None => f64::INFINITY,
+            };
+            let is_up = begins.is_some_and(|it| it <= 1.0);
+            let why = || why(rows, number, hazard, answer, moment, begins);
+            (is_fit || is_up).then(|| Suspect { row: number, why: why(), distance })
+        };
+        about.filter_map(suspect).min_by(|a, b| a.distance.total_cmp(&b.distance))
     };
-    let mut suspects: Vec<Suspect> = rows.iter().enumerate().filter_map(suspect).collect();
-    suspects.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-    suspects
+    [of_kind(true), of_kind(false)].into_iter().flatten().collect()
 }
 
 fn fits(row: &Row, answer: Answer) -> bool {
@@ -251,9 +243,9 @@ fn fits(row: &Row, answer: Answer) -> bool {
 
 /// At which share of the way to the hazard its expression begins to hold, also beyond it.
 fn begins(row: &Row, hazard: &Hazard, moment: Moment) -> Option<f64> {
-    let share = |step: u32| f64::from(step) / f64::from(STEPS);
-    // Half of the steps lead to the hazard, up to the step that is the hazard itself.
-    (0..=2 * STEPS).map(share).find(|it| holds(row, hazard, &seen(hazard.sign, moment, *it)))
+    let before = (0..=STEPS).map(|it| f64::from(it) / f64::from(STEPS));
+    let beyond = (1..=STEPS).map(|it| GROWTH.powi(it as i32));
+    before.chain(beyond).find(|it| holds(row, hazard, &seen(hazard.sign, moment, *it)))
 }
 
 /// Why a row that is about a hazard does not answer it, after its name.

@@ -213,6 +213,7 @@ fn hidden_by(rows: &[Row], number: usize, raised: &[Snapshot]) -> Option<usize> 
         return None;
     }
     let mut before: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut tried = 0;
     for snapshot in raised.iter().step_by(raised.len().div_ceil(TRIED)) {
         let raised: Vec<Raised> = (0..rows.len()).filter(|it| is_up(&rows[*it], when, snapshot)).map(up).collect();
         let is_there = |phase: &Phase| (*phase != Phase::OnGround) == (snapshot.get(Field::Flying) == Some(1.0));
@@ -221,14 +222,25 @@ fn hidden_by(rows: &[Row], number: usize, raised: &[Snapshot]) -> Option<usize> 
             if Narrows::ALL.iter().any(|it| narrowing.by(*it) == Some(number)) {
                 return None;
             }
-            match responder(rows, raised.iter().copied(), moment) {
-                Some(other) if other == number => return None,
-                Some(other) if moment.counts(row) => *before.entry(other).or_default() += 1,
-                _ => {}
+            if responder(rows, raised.iter().copied(), moment) == Some(number) {
+                return None;
+            }
+            if !moment.counts(row) {
+                continue;
+            }
+            tried += 1;
+            let comes_before = |it: &usize| {
+                let other = &rows[*it];
+                moment.counts(other) && !other.only_slows() && row.order(row.severity()) < other.order(other.severity())
+            };
+            for other in raised.iter().map(|it| it.row).filter(comes_before) {
+                *before.entry(other).or_default() += 1;
             }
         }
     }
-    before.into_iter().max_by_key(|(_, times)| *times).map(|(other, _)| other)
+    // One that is always up, or else the one that is so most often.
+    let always = before.iter().filter(|(_, times)| **times == tried).map(|(other, _)| *other).next_back();
+    always.or_else(|| before.iter().max_by_key(|(_, times)| **times).map(|(other, _)| *other))
 }
 
 /// Whether another row is up at the moment at which the one with `own` rises.
