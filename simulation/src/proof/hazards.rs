@@ -51,8 +51,9 @@ fn of_hazard(table: &Contingencies, hazard: &'static Hazard) -> Vec<Remark> {
         let Some(moment) = moments(phase).find(|it| !is_answered(rows, hazard, answer, *it)) else { continue };
         let mut found = |place, why| found.entry((place, answer.to_string(), why)).or_default().push(phase);
         let suspects = suspects(rows, hazard, answer, moment);
+        let nobody = if suspects.iter().any(|it| fits(&rows[it.row], answer)) { "" } else { "no row answers so; " };
         for Suspect { row, why, .. } in &suspects {
-            found(Place::Row(rows[*row].flag.clone()), format!("`{}` {why}", rows[*row].flag));
+            found(Place::Row(rows[*row].flag.clone()), format!("{nobody}`{}` {why}", rows[*row].flag));
         }
         if suspects.is_empty() {
             found(Place::Table, "no row is about it".to_owned());
@@ -228,7 +229,8 @@ fn suspects(rows: &[Row], hazard: &Hazard, answer: Answer, moment: Moment) -> Ve
             let why = || why(rows, number, hazard, answer, moment, begins);
             (is_fit || is_up).then(|| Suspect { row: number, why: why(), distance })
         };
-        about.filter_map(suspect).min_by(|a, b| a.distance.total_cmp(&b.distance))
+        let counts = |it: &Suspect| moment.counts(&rows[it.row]);
+        about.filter_map(suspect).min_by(|a, b| a.distance.total_cmp(&b.distance).then(counts(b).cmp(&counts(a))))
     };
     [of_kind(true), of_kind(false)].into_iter().flatten().collect()
 }

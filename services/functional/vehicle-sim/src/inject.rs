@@ -139,7 +139,7 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             vehicle.battery.drain = factor;
             format!("the motors take {factor} times what they should")
         }
-        Fault::BatteryFault(faulty) => {
+        Fault::FaultyBattery(faulty) => {
             vehicle.battery.faulty = faulty;
             format!("the battery reports a fault: {faulty}")
         }

@@ -68,7 +68,7 @@ const CATALOGUE: &[CatalogueEntry] = &[
         name: "battery_fault",
         arguments: "[on|off]",
         effect: "the battery reports a fault of its own, whatever its charge",
-        parse: |it| Ok(Fault::BatteryFault(it.switch()?)),
+        parse: |it| Ok(Fault::FaultyBattery(it.switch()?)),
     },
     CatalogueEntry {
         name: "gnss_loss",
