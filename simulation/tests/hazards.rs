@@ -299,6 +299,29 @@ fn an_expression_that_does_not_do_what_it_says_is_named_however_it_is_written() 
 }
 
 #[test]
+fn a_flag_that_is_up_or_down_at_the_wrong_time_or_calls_for_nobody_is_named() {
+    check(
+        &[Set("battery_hot", "when", "\"battery.temperature_c > 60 degC\"")],
+        "battery_hot",
+        "is up in the air where nothing says battery.temperature_c",
+    );
+    check(
+        &[Set("wind_high", "clear_when", "\"wind.speed_m_s < 1 m/s\"")],
+        "wind_high",
+        "stays up on the ground although all is well again",
+    );
+    check(&[Set("link_lost", "clears", "\"after-action\"")], "link_lost", "falls after its response, although");
+    let silent = [
+        Set("battery_critical", "alarm", "\"advisory\""),
+        Set("battery_low", "alarm", "\"advisory\""),
+        Set("battery_emergency", "alarm", "\"advisory\""),
+    ];
+    check(&silent, "battery_critical", "`battery_critical` calls for nobody");
+    check(&[Set("operator_return", "actions", "[\"land\"]")], "operator_return", "hazard `order-to-return`");
+    check(&[Set("operator_pause", "phases", "[\"waiting\"]")], "operator_pause", "hazard `order-to-pause`");
+}
+
+#[test]
 fn a_row_that_another_one_hides_is_named_however_it_is_written() {
     #[track_caller]
     fn hidden(when: &'static str, more: &str, by: &str) {

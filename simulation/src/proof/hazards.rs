@@ -5,6 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use domain::contingency::alarm::Alarm;
 use domain::contingency::hazard::reach::{reach, well};
 use domain::contingency::hazard::{Answer, HAZARDS, Hazard, Sign};
 use domain::contingency::narrowing::narrowing;
@@ -159,8 +160,22 @@ fn is_answered(rows: &[Row], hazard: &Hazard, answer: Answer, moment: Moment) ->
     match answer {
         Answer::Told => raised.any(|it| is_about(&rows[it.row], hazard)),
         Answer::Narrowed(what) => responds.is_some() || narrowing(rows, raised, moment.phase).by(what).is_some(),
-        Answer::Response(severities) => responds.is_some_and(|row| severities.contains(&rows[row].severity())),
+        Answer::Response(severities) => responds.is_some_and(|row| {
+            severities.contains(&rows[row].severity())
+                && (!calls_for_a_human(hazard, moment) || raised.any(|it| calls(rows, hazard, moment, it)))
+        }),
     }
+}
+
+/// Whether people must look: not at what they have ordered or the manager tells them anyway, nor before a takeoff.
+fn calls_for_a_human(hazard: &Hazard, moment: Moment) -> bool {
+    matches!(hazard.sign, Sign::Fields(_)) && moment.phase != Phase::OnGround
+}
+
+/// Whether a row whose flag is up calls for a human, beside the others that are up.
+fn calls(rows: &[Row], hazard: &Hazard, moment: Moment, it: Raised) -> bool {
+    let is_up = |flag: &str| raised(rows, hazard, moment).any(|it| rows[it.row].flag == flag);
+    Alarm::Caution <= rows[it.row].alarm_beside(is_up)
 }
 
 /// What is measured, of the way from all being well (0) to the hazard (1).
@@ -272,6 +287,7 @@ fn why(rows: &[Row], number: usize, hazard: &Hazard, answer: Answer, moment: Mom
         Some(_) if !fits(row, answer) => format!("answers by `{}` ({})", row.response(), row.severity().name()),
         Some(_) if !moment.counts(row) => format!("does not count {}, {}", moment.phase, moment.situation),
         Some(_) => match responder(rows, raised(rows, hazard, moment), moment) {
+            Some(other) if other == number => "calls for nobody, nor does another flag that is up".to_owned(),
             Some(other) => format!("waits behind `{}`", rows[other].flag),
             None => format!("answers by `{}`", row.response()),
         },

@@ -6,11 +6,11 @@
 use std::collections::BTreeMap;
 
 use domain::contingency::expression::{Expression, Verdict};
-use domain::contingency::hazard::reach::{Reach, reach, well};
+use domain::contingency::hazard::reach::{Reach, may_be_missing, reach, well};
 use domain::contingency::narrowing::{Narrows, narrowing};
 use domain::contingency::snapshot::{Field, Kind, Snapshot};
 use domain::contingency::when::{During, Finding, When};
-use domain::contingency::{Contingencies, Phase, Raised, Row, Severity, responder};
+use domain::contingency::{Clears, Contingencies, Phase, Raised, Row, Severity, responder};
 
 use super::hazards::{moments, up};
 use super::review::{Place, Remark};
@@ -29,20 +29,15 @@ pub(super) fn of_row(rows: &[Row], number: usize) -> Vec<Remark> {
     let row = &rows[number];
     let Some(when) = &row.when else { return Vec::new() };
     let remark = |what: String, help| Remark { place: Place::Row(row.flag.clone()), what, help };
-    for in_air in [false, true] {
-        if let (true, Finding::Raises) = (counts(when, in_air), when.finding(&well(in_air))) {
-            let place = if in_air { "in the air" } else { "on the ground" };
-            let what = format!("`{}` is up while all is well, {place}: `{}` holds", row.flag, when.raises.text());
-            return vec![remark(what, "look at the direction of its comparison, and at its threshold")];
-        }
-    }
     let grid = Grid::of(when);
-    let mut remarks = Vec::new();
+    let mut remarks: Vec<Remark> =
+        is_wrong_while_all_is_well(row, when).map(|(what, help)| remark(what, help)).into_iter().collect();
     let raised = grid.raised();
     if raised.is_empty() {
         let what =
             format!("`{}` never rises: nothing that its sources can say raises it ({})", row.flag, grid.limits());
-        return vec![remark(what, "choose a threshold that is reached")];
+        remarks.push(remark(what, "choose a threshold that is reached"));
+        return remarks;
     }
     if let Some(field) = grid.idle_field() {
         let what = format!("`{}`: {} decides nothing within {}", row.flag, field.name(), limits(field));
@@ -63,6 +58,36 @@ pub(super) fn of_row(rows: &[Row], number: usize) -> Vec<Remark> {
         ));
     }
     remarks
+}
+
+/// A flag that is up, or stays up, while all is well; or falls while it is not.
+fn is_wrong_while_all_is_well(row: &Row, when: &When) -> Option<(String, &'static str)> {
+    let (flag, text) = (&row.flag, when.raises.text());
+    for in_air in [false, true].into_iter().filter(|it| counts(when, *it)) {
+        let place = if in_air { "in the air" } else { "on the ground" };
+        let (all, mut least) = (well(in_air), well(in_air));
+        Field::ALL.iter().copied().filter(|it| may_be_missing(*it)).for_each(|it| least.set(it, None));
+        match (when.finding(&all), when.finding(&least)) {
+            (Finding::Raises, _) => {
+                let what = format!("`{flag}` is up while all is well, {place}: `{text}` holds");
+                return Some((what, "look at the direction of its comparison, and at its threshold"));
+            }
+            (_, Finding::Unknown(Some(field))) => {
+                let what =
+                    format!("`{flag}` is up {place} where nothing says {}, which may never be said", field.name());
+                return Some((what, "ask `known(..)` first"));
+            }
+            (Finding::Between, _) => {
+                let what = format!("`{flag}` stays up {place} although all is well again: `clear_when` does not hold");
+                return Some((what, "choose a `clear_when` that holds while all is well"));
+            }
+            _ => {}
+        }
+    }
+    (row.clears == Clears::AfterAction).then(|| {
+        let what = format!("`{flag}` falls after its response, although `{text}` still holds");
+        (what, "set `clears = \"with-condition\"` or `\"never\"`")
+    })
 }
 
 fn counts(when: &When, in_air: bool) -> bool {

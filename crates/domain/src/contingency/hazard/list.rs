@@ -3,7 +3,8 @@
 use super::super::snapshot::Field;
 use super::super::{
     AREA_AHEAD, AREA_BREACHED, ENDED_IN_AIR, FRAME_MOVED, INTROSPECTION_LOST, MEMORY_UNUSABLE, MEMORY_UNWRITABLE,
-    Phase, SOMEBODY_ELSE_FLIES, Severity, TRANSITION_FAILED,
+    OPERATOR_ABORT, OPERATOR_LAND, OPERATOR_PAUSE, OPERATOR_RETURN, Phase, SOMEBODY_ELSE_FLIES, Severity,
+    TRANSITION_FAILED,
 };
 use super::Answer::{Narrowed, Response, Told};
 use super::Sign::{Fields, Flag};
@@ -190,6 +191,14 @@ pub const HAZARDS: &[Hazard] = &[
         &[(ON_WAY, STOPS), (GROUND, STAYS_DOWN)], "ENG: an order may be forgotten"),
     hazard("memory-unwritable", Flag(MEMORY_UNWRITABLE), 0.0,
         &[(GROUND, STAYS_DOWN)], "ENG: an order would be forgotten"),
+    hazard("order-to-land", Flag(OPERATOR_ABORT), 0.0,
+        &[(AIR, Response(&[Land]))], "an order does what it says"),
+    hazard("order-to-return", Flag(OPERATOR_RETURN), 0.0,
+        &[(AIR, TO_A_PLACE)], "an order does what it says"),
+    hazard("order-to-land-at-a-place", Flag(OPERATOR_LAND), 0.0,
+        &[(AIR, TO_A_PLACE)], "an order does what it says"),
+    hazard("order-to-pause", Flag(OPERATOR_PAUSE), 0.0,
+        &[(UNTIL_LANDING, Response(&[Hold]))], "an order does what it says"),
     hazard("ended-in-the-air", Flag(ENDED_IN_AIR), 0.0,
         &[(AIR, TO_A_PLACE)], "ENG: nothing else brings it down"),
 ];

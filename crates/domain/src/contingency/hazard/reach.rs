@@ -112,6 +112,32 @@ pub const fn reach(field: Field) -> Reach {
     }
 }
 
+/// Whether an autopilot, or a site, may never say it: that alone is not a fault.
+pub const fn may_be_missing(field: Field) -> bool {
+    matches!(
+        field,
+        Field::BatteryCurrent
+            | Field::BatteryTemperature
+            | Field::Vibration
+            | Field::WindSpeed
+            | Field::Gust
+            | Field::ClosestApproach
+            | Field::UncrewedApproach
+            | Field::VesselApproach
+            | Field::HomeMargin
+            | Field::PlaceMargin
+            | Field::Consumption
+            | Field::Endurance
+            | Field::PathDeviation
+            | Field::Overrun
+            | Field::NotReady
+            | Field::RecordFails
+            | Field::LinkSilence
+            | Field::TowerSilence
+            | Field::TouchdownSpeed
+    )
+}
+
 /// What all fields say while all is well, on the way or on the ground.
 pub fn well(in_air: bool) -> Snapshot {
     let mut snapshot = Snapshot::UNKNOWN;
