@@ -114,16 +114,32 @@ impl System {
         &self.files.contingencies
     }
 
-    /// A flight of the mission of this text.
+    /// A flight of the mission of this text over this ground.
     ///
     /// # Errors
     /// Mistakes in the text.
-    pub fn simulation(&self, mission: &str, permissions: Policy) -> Result<Simulation<'static>, Mistakes> {
+    pub fn simulation(
+        &self,
+        mission: &str,
+        permissions: Policy,
+        ground: Relief,
+    ) -> Result<Simulation<'static>, Mistakes> {
         let mission = Mission::read(&Source { path: "the mission of the proof".into(), text: mission.to_owned() })?;
         // Without a folder: all files have been read.
         let setup = Setup { config: Path::new(""), mission: None, permissions, seed: 1, machine: Machine::Ideal };
-        let world = simulated(&self.files, &setup, Relief::default());
+        let world = simulated(&self.files, &setup, ground);
         let simulation = Simulation::without_gateway(&setup, &self.files, mission, Changes::default(), world.clone())?;
+        Ok(simulation.in_sight(world))
+    }
+
+    /// A flight of a mission over its ground, in contact with the ground.
+    pub(crate) fn over(&self, mission: Mission, seed: u64, ground: Relief) -> Result<Simulation<'static>, Mistakes> {
+        let (permissions, machine) = (Policy::Grant, Machine::Ideal);
+        let setup = Setup { config: Path::new(""), mission: None, permissions, seed, machine };
+        let world = simulated(&self.files, &setup, ground);
+        let mut simulation =
+            Simulation::without_gateway(&setup, &self.files, mission, Changes::default(), world.clone())?;
+        simulation.bus.add(Scope::Fleet, Ground::default());
         Ok(simulation.in_sight(world))
     }
 }

@@ -10,13 +10,14 @@ use domain::contingency::listing::{HEADINGS, cells, lattice_markdown, markdown_o
 use domain::contingency::snapshot::{Field, Kind};
 use domain::contingency::{Contingencies, Row};
 use domain::file::Source;
+use simulation::proof::hazards;
 
 /// The repository, from this crate.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 const PAGE: &str = "docs/contingencies.md";
 
 /// For each row a file and a test in it: the fault or the order, the flag, the response and the outcome.
-const STORIES: [(&str, &str, &str); 66] = [
+const STORIES: [(&str, &str, &str); 67] = [
     ("somebody_else_flies", "simulation/tests/others.rs", "a_pilot_who_takes_over_in_any_phase_is_not_fought"),
     ("crashed", "simulation/tests/responses.rs", "a_crash_is_raised_once"),
     (
@@ -136,6 +137,11 @@ const STORIES: [(&str, &str, &str); 66] = [
     ("transition_failed", "services/deliberation/mcm/tests/stories.rs", "a_transition_that_fails_raises_its_flag"),
     ("cancel_ignored", "simulation/tests/cases.rs", "a_skill_that_does_not_end_is_told"),
     ("skill_overruns", "simulation/tests/course.rs", "a_leg_that_takes_too_long_is_told_and_flown_to_its_end"),
+    (
+        "battery_faulty",
+        "simulation/tests/cases.rs",
+        "a_battery_that_reports_a_fault_brings_it_to_the_nearest_fit_place",
+    ),
     ("no_plan", "simulation/tests/course.rs", "with_every_way_closed_it_waits_as_long_as_the_battery_lasts_for_it"),
     ("obstacle", "simulation/tests/flights.rs", "a_flag_that_passes_costs_a_stop_and_a_new_plan"),
     ("operator_abort", "simulation/tests/operator.rs", "an_aborted_mission_lands_where_it_is"),
@@ -335,12 +341,14 @@ fn page(table: &Contingencies) -> String {
          worse, and nobody\nis harmed. No order comes before a binding row; one with override comes before safety, any order before comfort. What is less \
          severe waits,\nbut for what it narrows. A response that is impossible now is skipped with its reason.\n\n{}\n## Answered without a row\n\nBy the plan, by a \
          skill, or by a step; what is left of them when that fails is a row above.\n\n{}\n## Over real processes\n\nThe stories above fly \
-         on a virtual clock, but those below in `tests/`: with a process for each service, and a bus between them.\n\n{}\n## Fields\n\nWhat an expression (`when`, \
+         on a virtual clock, but those below in `tests/`: with a process for each service, and a bus between them.\n\n{}\n## Hazards\n\nWhat every table must answer in each of these phases, or waive with a reason \
+         (`crates/domain/src/contingency/hazard/list.rs`), and what\nanswers it in this one (`simulation/src/proof/hazards.rs`).\n\n{}\n## Fields\n\nWhat an expression (`when`, \
          `clear_when`) can read. A constant beyond the range of the field that it is compared with is a\nmistake.\n\n{}",
         markdown_of(&headings, &rows),
         lattice_markdown(),
         markdown_of(&["case", "answer", "shown by"], &elsewhere),
         markdown_of(&["case", "shown by"], &over_processes),
+        markdown_of(&hazards::HEADINGS, &hazards::answers(table)),
         markdown_of(&["field", "unit or names", "range", "what it is"], &fields),
     )
 }

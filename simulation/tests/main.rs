@@ -18,6 +18,7 @@ mod flights;
 mod forecast;
 mod frozen;
 mod harm;
+mod hazards;
 mod imported;
 mod land_detector;
 mod landing;

@@ -137,7 +137,7 @@ fn a_tower_that_is_silent_stays_lost_when_the_monitor_dies() {
 fn a_vehicle_without_a_ground_flies_on_when_the_monitor_dies() {
     let system = System::read(&crate::stories::support::config()).unwrap();
     let mission = std::fs::read_to_string(crate::stories::support::config().join("missions/reference.toml")).unwrap();
-    let mut simulation = system.simulation(&mission, Policy::Grant).unwrap();
+    let mut simulation = system.simulation(&mission, Policy::Grant, Default::default()).unwrap();
     assert!(simulation.fly_until("step 3 of 5", LIMIT), "{}", simulation.decision_log());
     kill(&mut simulation, "monitor", DEAD);
     succeeds(simulation, "without a ground");

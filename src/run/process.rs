@@ -162,7 +162,7 @@ fn run_gateway(
     let access = access::access_control(&args.settings, config.gateway.audit_files.get().into())?;
     let (pace, nudge) = (config.speed.pace(), Nudge::default());
     let wake = nudge.clone();
-    let gateway = Gateway::new(&config.gateway, pace, access, contingencies.rows(), move || wake.wake());
+    let gateway = Gateway::new(&config.gateway, pace, access, contingencies, move || wake.wake());
     let process = GatewayProcess::bind(gateway, config.http, tls)?;
     output::line(process.url()?);
     let run =

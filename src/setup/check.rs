@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use bus::crossing::Crossing;
+use domain::contingency::hazard::{HAZARDS, Waiver};
 use domain::contingency::label::Label;
 use domain::contingency::listing;
 use domain::file::{Mistakes, Source};
@@ -132,14 +133,20 @@ fn proven(args: &CheckArgs, inputs: &Inputs) -> Outcome {
         let faults = flown.faults.join("; ");
         output::error_line(format_args!("{told}: {case}: {faults}\n    {story}"));
     }
+    for flown in proof.faulty_by_fault().take(MOST_TOLD) {
+        let (faults, story) = (flown.faults.join("; "), flown.story.join("\n    "));
+        output::error_line(format_args!("{told}: {}: {faults}\n    {story}", flown.name));
+    }
     if proof.holds() { Outcome::Success } else { Outcome::Breached }
 }
 
 /// What was tried, and how much of it.
 fn conclusion(args: &CheckArgs, inputs: &Inputs, proof: &Proof) -> Vec<String> {
-    let rows = inputs.contingencies.rows();
+    let table = &inputs.contingencies;
+    let rows = table.rows();
     let (comfort, rows) = (rows.iter().filter(|it| it.label == Label::Comfort).count(), rows.len());
-    let flown_h = proof.flown.iter().map(|it| it.flown).sum::<std::time::Duration>().as_secs_f64() / 3600.0;
+    let flown = proof.flown.iter().map(|it| it.flown).chain(proof.with_faults.iter().map(|it| it.flown));
+    let flown_h = flown.sum::<std::time::Duration>().as_secs_f64() / 3600.0;
     let sampled: String =
         proof.sets.sampled.iter().map(|(group, rows)| format!(", {group} ({rows} rows) in part")).collect();
     let sample = if args.quick {
@@ -147,24 +154,35 @@ fn conclusion(args: &CheckArgs, inputs: &Inputs, proof: &Proof) -> Vec<String> {
     } else {
         ""
     };
-    vec![
+    let mut lines = vec![
         format!(
-            "table: {rows} rows of {} kinds, {comfort} of them comfort, {} that never respond, flap or need what is gone",
+            "table: {rows} rows of {} kinds, {comfort} of them comfort, {} faults of rows or hazards without an answer",
             proof.kinds,
             proof.remarks.len()
         ),
+        format!("hazards: {}, {} waived in whole or in part", HAZARDS.len(), table.waivers().len()),
         format!(
             "sets: {} sets of flags of a group in a phase{sampled}, {} answered against the order",
             proof.sets.tried,
             proof.sets.wrong.len()
         ),
         format!(
-            "flights: {}{sample}, {} with a breach, {flown_h:.1} h flown in {:.1} s",
+            "flights: {}{sample}, {} with a breach; with faults: {}, {} with a breach; {flown_h:.1} h flown in {:.1} s",
             proof.flown.len(),
             proof.faulty().count(),
+            proof.with_faults.len(),
+            proof.faulty_by_fault().count(),
             proof.took.as_secs_f64()
         ),
-    ]
+    ];
+    lines.splice(2..2, table.waivers().iter().map(waived));
+    lines
+}
+
+/// `waived: battery-low (battery.charge_percent 15.00 %) on the ground: the reason`.
+fn waived(waiver: &Waiver) -> String {
+    let phases = waiver.phases.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+    format!("waived: {} ({}) {phases}: {}", waiver.hazard.name, waiver.hazard.sign, waiver.reason)
 }
 
 /// The table that the arguments name, which must be there, or the one beside the configuration, which need not: where no

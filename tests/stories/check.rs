@@ -111,9 +111,10 @@ fn the_shipped_table_is_proved_and_its_pairs_are_drawn() {
     assert_eq!((code, complains), (Some(0), false), "{said}{complaints}");
     for part in [
         "pairs (line: first flag; column: second)",
-        " 0 that never respond",
+        " 0 faults of rows or hazards without an answer",
+        "waived: battery-voltage-low (battery.voltage_v 16.00 V) ",
         " 0 answered against the order",
-        ", 0 with a breach, ",
+        ", 0 with a breach; with faults: ",
     ] {
         assert!(said.contains(part), "`{part}` is not said:\n{said}");
     }

@@ -80,7 +80,11 @@ pub fn fly_recorded(script: &Script, config: &Path) -> Result<(Flight, Header, V
 }
 
 fn fly_with(script: &Script, config: &Path, tape: Option<Tape>) -> Result<Flight, Mistakes> {
-    let mut simulation = simulation(script, config, tape)?;
+    Ok(judged(script, simulation(script, config, tape)?))
+}
+
+/// Flies it in this simulation, which is that of its mission.
+pub(crate) fn judged(script: &Script, mut simulation: Simulation<'_>) -> Flight {
     // A panic is a finding of this flight, not the end of the others.
     let panic = catch_unwind(AssertUnwindSafe(|| perform(&mut simulation, script))).err().map(|it| words(&*it));
     let records = simulation.decisions();
@@ -102,7 +106,7 @@ fn fly_with(script: &Script, config: &Path, tape: Option<Tape>) -> Result<Flight
     let (findings, known) = findings.into_iter().partition(|it| it.rule.known_fault().is_none());
     let (flown, Evidence { ending, decisions, .. }) = (simulation.now().since_start(), evidence);
     let figures = simulation.figures();
-    Ok(Flight { script: script.clone(), ending, findings, known, hash, flown, decisions, figures })
+    Flight { script: script.clone(), ending, findings, known, hash, flown, decisions, figures }
 }
 
 impl Flight {

@@ -1,5 +1,6 @@
-//! That a table answers everything: what can be seen of it without flying, every set of flags within a group, every single flag and
-//! every ordered pair in every phase of a mission, flown by the services themselves.
+//! That a table answers everything: what can be seen without flying, hazards included ([`hazards`]), every set of flags within a
+//! group, every single flag and every ordered pair in every phase of a mission, flown by the services themselves, and flags that faults
+//! raise ([`faults`]).
 //!
 //! Nothing here knows the name of a row: rows, order and responses are read from the table, and the rules that flights are judged by
 //! ([`flight`]) are those of the order.
@@ -13,8 +14,11 @@ use domain::contingency::Contingencies;
 use domain::file::Mistakes;
 
 mod classes;
+pub mod faults;
 pub mod flight;
+pub mod hazards;
 pub mod review;
+mod rises;
 pub mod sets;
 pub mod stage;
 
@@ -76,15 +80,28 @@ pub fn fly_all(
     jobs: usize,
     done: impl Fn(&Flown) + Sync,
 ) -> Result<Vec<Flown>, Mistakes> {
+    each(config, cases, jobs, |system, case| {
+        let flown = fly(system, system.table(), case)?;
+        done(&flown);
+        Ok(flown)
+    })
+}
+
+/// Flies each of `items`, `jobs` at a time; in their order.
+fn each<Item: Sync, Flown: Send>(
+    config: &std::path::Path,
+    items: &[Item],
+    jobs: usize,
+    fly: impl Fn(&System, &Item) -> Result<Flown, Mistakes> + Sync,
+) -> Result<Vec<Flown>, Mistakes> {
     let (next, flown) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
     let job = || -> Result<(), Mistakes> {
         // Trees hold leaves that live in one thread.
         let system = System::read(config)?;
         loop {
             let number = next.fetch_add(1, Ordering::Relaxed);
-            let Some(case) = cases.get(number) else { return Ok(()) };
-            let flight = fly(&system, system.table(), case)?;
-            done(&flight);
+            let Some(item) = items.get(number) else { return Ok(()) };
+            let flight = fly(&system, item)?;
             flown.lock().unwrap_or_else(|it| it.into_inner()).insert(number, flight);
         }
     };

@@ -1,43 +1,54 @@
-//! What is wrong with a table although each of its rows can be read: rows that never respond, two that are alike, thresholds that
-//! flap, responses that need what their own flag takes away.
+//! What is wrong with a table although each of its rows can be read: two rows that are alike, thresholds that flap, responses that need
+//! what their own flag takes away, rows that never rise or never respond ([`rises`]), hazards without an answer ([`hazards`]).
 //!
 //! A pure function of the table. What a single row may not say is refused when the file is read (`domain::contingency`).
 
-use std::time::Duration;
-
-use domain::contingency::snapshot::Field;
+use domain::contingency::snapshot::{Field, Kind};
 use domain::contingency::when::During;
 use domain::contingency::{Clears, Contingencies, Phase, Row, Severity};
 
-/// Something wrong with a row.
+use super::{hazards, rises};
+
+/// Something wrong with a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Remark {
-    /// The row's flag.
-    pub flag: String,
+    /// Where.
+    pub place: Place,
     /// What was found.
     pub what: String,
     /// How to mend it.
     pub help: &'static str,
 }
 
-/// Everything that is wrong with the rows of a table, row by row.
-pub fn review(table: &Contingencies) -> Vec<Remark> {
-    let rows = table.rows();
-    rows.iter().enumerate().flat_map(|(index, row)| of_row(rows, index, row)).collect()
+/// Where in a table.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Place {
+    /// The row of this flag.
+    Row(String),
+    /// The waiver of this hazard.
+    Waiver(&'static str),
+    /// Nothing that is there: something is missing.
+    Table,
 }
 
-fn of_row(rows: &[Row], index: usize, row: &Row) -> Vec<Remark> {
+/// Everything that is wrong with a table: row by row, then hazard by hazard.
+pub fn review(table: &Contingencies) -> Vec<Remark> {
+    let rows = table.rows();
+    let mut remarks: Vec<Remark> =
+        rows.iter().enumerate().flat_map(|(index, row)| of_row(&rows[..index], row)).collect();
+    // One that is as another one never responds, which is said already.
+    let more = rises::of_all(table).into_iter().filter(|it| remarks.iter().all(|known| known.place != it.place));
+    let more: Vec<Remark> = more.chain(hazards::unanswered(table)).collect();
+    remarks.extend(more);
+    remarks
+}
+
+fn of_row(earlier: &[Row], row: &Row) -> Vec<Remark> {
     let mut remarks = Vec::new();
-    let mut remark = |what: String, help| remarks.push(Remark { flag: row.flag.clone(), what, help });
-    if let Some(other) = rows[..index].iter().find(|it| are_alike(it, row)) {
+    let mut remark = |what: String, help| remarks.push(Remark { place: Place::Row(row.flag.clone()), what, help });
+    if let Some(other) = earlier.iter().find(|it| are_alike(it, row)) {
         let what = format!("`{}` and `{}` are alike: raised by the same, answered by the same", row.flag, other.flag);
         remark(what, "keep one of them");
-    } else if let Some(other) = rows.iter().find(|it| it.flag != row.flag && hides(it, row)) {
-        let what = format!(
-            "`{}` never responds: whenever its flag is up, so is `{}`, which comes before it in each of its phases",
-            row.flag, other.flag
-        );
-        remark(what, "give the row that is raised later the more severe response, or the more urgent priority");
     }
     // A row that holds may be there to be shown, and for what it narrows.
     let is_shown_only = row.severity() == Severity::Hold;
@@ -68,65 +79,15 @@ fn of_row(rows: &[Row], index: usize, row: &Row) -> Vec<Remark> {
 
 /// Whether one is enough.
 fn are_alike(a: &Row, b: &Row) -> bool {
-    let same_trigger = match (trigger(a), trigger(b)) {
-        (Some(of_a), Some(of_b)) => of_a == of_b,
-        _ => a.is_watched() && a.when == b.when,
-    };
     let trees = |row: &Row| row.actions.iter().map(|it| it.tree.clone()).collect::<Vec<_>>();
-    same_trigger && trees(a) == trees(b) && !a.phases.is_disjoint(&b.phases)
-}
-
-/// Whether `row` never responds because of `other`.
-fn hides(other: &Row, row: &Row) -> bool {
-    let follows = matches!((trigger(row), trigger(other)), (Some(later), Some(earlier)) if later.implies(&earlier));
-    let narrows_more = !row.narrows.is_subset(&other.narrows);
-    let order = |it: &Row| it.order(it.severity());
-    follows
-        && !narrows_more
-        && !row.only_slows()
-        && !other.only_slows()
-        && row.phases.is_subset(&other.phases)
-        && order(row) < order(other)
-}
-
-/// What raises a row, where that can be compared with another row's.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Trigger {
-    field: Field,
-    above: bool,
-    level: f64,
-    hold: Duration,
-    during: During,
-}
-
-impl Trigger {
-    /// Whether `earlier` holds whenever this does.
-    fn implies(&self, earlier: &Trigger) -> bool {
-        let is_beyond = if self.above { earlier.level <= self.level } else { self.level <= earlier.level };
-        let strictness = |it: During| match it {
-            During::Always => 0,
-            During::Armed => 1,
-            During::Flying => 2,
-        };
-        self.field == earlier.field
-            && self.above == earlier.above
-            && is_beyond
-            && earlier.hold <= self.hold
-            && strictness(earlier.during) <= strictness(self.during)
-    }
-}
-
-fn trigger(row: &Row) -> Option<Trigger> {
-    let when = row.when.as_ref()?;
-    let threshold = when.raises.threshold()?;
-    let (field, above, level) = (threshold.field, threshold.above, threshold.value);
-    Some(Trigger { field, above, level, hold: when.hold, during: when.during })
+    a.is_watched() && a.when == b.when && trees(a) == trees(b) && !a.phases.is_disjoint(&b.phases)
 }
 
 /// What a row without a hold measures, unless that lasts by itself.
 fn unheld_threshold(row: &Row) -> Option<&'static str> {
     let when = row.when.as_ref().filter(|it| it.hold.is_zero())?;
-    when.raises.thresholds().into_iter().map(|it| it.field).find(|it| !it.lasts()).map(Field::name)
+    let is_measured = |it: &Field| matches!(it.kind(), Kind::Number { .. }) && !it.lasts();
+    when.fields().iter().copied().find(is_measured).map(Field::name)
 }
 
 #[cfg(test)]
@@ -155,7 +116,7 @@ mod tests {
     #[track_caller]
     fn check(row: &str, flag: &str, expected: &str) {
         let remarks = review(&read(format!("{}\n[[contingency]]\n{row}", shipped())));
-        let found = remarks.iter().find(|it| it.flag == flag && it.what.contains(expected));
+        let found = remarks.iter().find(|it| it.place == Place::Row(flag.to_owned()) && it.what.contains(expected));
         assert!(found.is_some(), "{expected}: {remarks:#?}");
     }
 

@@ -7,16 +7,22 @@ use control_tower::policy::Policy;
 use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, MissionPhase, SkillKind};
 
+use vehicle_sim::ground::{Ground, Patch, Surface};
+
 use crate::Simulation;
 
-/// An area across the way, and a place behind it: short, since every flight begins with it.
+/// An area across the way, and a place on a hill behind it, with water between: short, since every flight begins with it.
 const GATE: &str = "name = \"gate\"
-[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 130\nheight_m = 0\nflying = false
+[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 130\nheight_m = 4\nflying = false
 [[objective]]\nname = \"back\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false
-[[area]]\nname = \"gate\"\nkind = \"permission\"\ncorners_m = [[-40, 50], [40, 50], [40, 90], [-40, 90]]\n";
-/// Hardly more than a takeoff and a landing.
+[[area]]\nname = \"gate\"\nkind = \"permission\"\ncorners_m = [[-40, 50], [40, 50], [40, 90], [-40, 90]]
+[[area]]\nname = \"water\"\nkind = \"no-landing\"\ncorners_m = [[-200, 95], [200, 95], [200, 112], [-200, 112]]\n";
+/// Hardly more than a takeoff and a landing, on a hill, from inside an area.
 const HOP: &str = "name = \"hop\"
-[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 30\nheight_m = 0\nflying = false\n";
+[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 40\nheight_m = 4\nflying = false
+[[area]]\nname = \"yard\"\nkind = \"permission\"\ncorners_m = [[-12, -12], [12, -12], [12, 12], [-12, 12]]\n";
+/// The height of the hills, above the take-off point.
+const HILL_M: f64 = 4.0;
 /// The area of the first, from west to east.
 const AREA_M: (f64, f64) = (50.0, 90.0);
 /// No stage takes longer to come.
@@ -74,6 +80,14 @@ impl Stage {
         }
     }
 
+    /// The ground under it.
+    pub(super) fn ground(self) -> Ground {
+        let hill = |east_m: f64| Patch::square((0.0, east_m), 20.0, HILL_M, Surface::Land);
+        let water = Patch { north_m: [-200.0, 200.0], east_m: [95.0, 112.0], height_m: 0.0, surface: Surface::Water };
+        let patches = if self.mission() == HOP { vec![hill(40.0)] } else { vec![water, hill(130.0)] };
+        Ground { patches, ..Ground::default() }
+    }
+
     /// How the tower answers.
     pub(super) fn permissions(self) -> Policy {
         match self {
@@ -120,7 +134,7 @@ impl Stage {
             Stage::InsideArea => AREA_M.0 + 5.0 < east_m && east_m < AREA_M.1 - 5.0 && 5.0 < height_m,
             Stage::Replanning => seen.manager.phase() == MissionPhase::Replanning && 5.0 < height_m,
             Stage::Transition => seen.manager.in_transition && 5.0 < height_m,
-            Stage::Landing => skill == SkillKind::Land && 3.0 < height_m,
+            Stage::Landing => skill == SkillKind::Land && HILL_M + 3.0 < height_m,
             Stage::AfterEnd => seen.report.is_some() && seen.is_on_ground(),
         }
     }

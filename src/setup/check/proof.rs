@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use domain::contingency::Contingencies;
 use domain::file::{Mistake, Mistakes, Source};
 use simulation::proof::flight::{Case, Flown};
-use simulation::proof::review::{Remark, review};
+use simulation::proof::review::{Place, Remark, review};
 use simulation::proof::sets::{Sets, try_sets};
-use simulation::proof::{cases, classes, fly_all};
+use simulation::proof::{cases, classes, faults, fly_all};
 
 use crate::progress::Progress;
 
@@ -20,6 +20,8 @@ pub struct Proof {
     pub sets: Sets,
     /// Every flight; none after a remark.
     pub flown: Vec<Flown>,
+    /// Every flight with faults; none after a remark.
+    pub with_faults: Vec<faults::Flown>,
     /// How many kinds of rows there are.
     pub kinds: usize,
     /// Wall time.
@@ -29,7 +31,13 @@ pub struct Proof {
 impl Proof {
     /// Whether there is nothing against the table.
     pub fn holds(&self) -> bool {
-        self.remarks.is_empty() && self.sets.wrong.is_empty() && self.faulty().next().is_none()
+        let flights_hold = self.faulty().next().is_none() && self.faulty_by_fault().next().is_none();
+        self.remarks.is_empty() && self.sets.wrong.is_empty() && flights_hold
+    }
+
+    /// The flights with faults that have something against them.
+    pub fn faulty_by_fault(&self) -> impl Iterator<Item = &faults::Flown> {
+        self.with_faults.iter().filter(|it| !it.faults.is_empty())
     }
 
     /// The flights with something against them.
@@ -56,28 +64,35 @@ pub fn prove(
     let sets = try_sets(table, is_quick);
     let kinds = classes(table).len();
     // What a flight would show of such a table is shown by the remark.
-    let cases = if remarks.is_empty() && sets.wrong.is_empty() { cases(table, is_quick) } else { Vec::new() };
-    let progress = Progress::of(cases.len() as u64, "flights");
+    let is_flown = remarks.is_empty() && sets.wrong.is_empty();
+    let cases = if is_flown { cases(table, is_quick) } else { Vec::new() };
+    let by_fault = if is_flown { faults::cases(is_quick) } else { Vec::new() };
+    let progress = Progress::of((cases.len() + by_fault.len()) as u64, "flights");
     let flown = fly_all(config, &cases, jobs, |_| progress.done());
+    let with_faults = faults::fly_all(config, &by_fault, jobs, || progress.done());
     progress.end();
-    Ok(Proof { remarks, sets, flown: flown?, kinds, took: started.elapsed() })
+    Ok(Proof { remarks, sets, flown: flown?, with_faults: with_faults?, kinds, took: started.elapsed() })
 }
 
-/// A remark at the line of its row.
+/// A remark at the line of its row, or of its waiver.
 fn placed(source: &Source, remark: &Remark) -> Mistake {
-    let Remark { flag, what, help } = remark;
-    let name = format!("\"{flag}\"");
-    let is_of_row = |line: &str| {
-        let rest = line.trim_start().strip_prefix("flag").map(str::trim_start);
-        rest.and_then(|it| it.strip_prefix('=')).is_some_and(|it| it.trim_start().starts_with(&name))
+    let (key, name) = match &remark.place {
+        Place::Row(flag) => ("flag", flag.as_str()),
+        Place::Waiver(hazard) => ("hazard", *hazard),
+        Place::Table => return source.mistake(None, remark.what.clone(), remark.help),
+    };
+    let is_there = |line: &str| {
+        let rest = line.trim_start().strip_prefix(key).map(str::trim_start);
+        let value = rest.and_then(|it| it.strip_prefix('=')).map(str::trim_start);
+        value.is_some_and(|it| ["\"", "'"].iter().any(|quote| it.starts_with(&format!("{quote}{name}{quote}"))))
     };
     let mut before = 0;
     let span = source.text.split_inclusive('\n').find_map(|line| {
         let at = before;
         before += line.len();
-        is_of_row(line).then(|| at..at + line.trim_end().len())
+        is_there(line).then(|| at..at + line.trim_end().len())
     });
-    source.mistake(span, what.clone(), *help)
+    source.mistake(span, remark.what.clone(), remark.help)
 }
 
 /// A flight in words: `obstacle, then battery_low after 2 s, cruise`.

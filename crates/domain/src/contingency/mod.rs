@@ -16,6 +16,7 @@ pub mod alarm;
 mod arbitration;
 pub mod expression;
 pub mod group;
+pub mod hazard;
 pub mod label;
 mod lattice;
 pub mod listing;
@@ -30,6 +31,7 @@ pub mod when;
 use alarm::Alarm;
 pub use arbitration::{Moment, Raised, responder};
 use group::Group;
+use hazard::Waiver;
 use label::Label;
 pub use lattice::Severity;
 use narrowing::Narrows;
@@ -38,15 +40,21 @@ use snapshot::Field;
 use when::When;
 
 /// A checked table: rows with distinct flags and priorities, most urgent first.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Contingencies {
     rows: Vec<Row>,
+    waivers: Vec<Waiver>,
 }
 
 impl Contingencies {
     /// The rows, most urgent first.
     pub fn rows(&self) -> &[Row] {
         &self.rows
+    }
+
+    /// The hazards that it leaves unanswered on purpose, in the order of the file.
+    pub fn waivers(&self) -> &[Waiver] {
+        &self.waivers
     }
 
     /// The charge of the battery below which a row has the vehicle land where it is, so that no flight is to end with less; zero

@@ -20,6 +20,7 @@ mod explained;
 mod former;
 mod label;
 mod narrowing;
+mod waiver;
 mod when;
 
 use ending::{check_brings_down, check_end, check_yields};
@@ -31,8 +32,9 @@ impl Contingencies {
     /// Parses and checks a contingency file; `trees` are the names of the action trees that exist.
     /// Every mistake that can be found is reported at once.
     pub fn read(source: &Source, trees: &[&str]) -> Result<Contingencies, Mistakes> {
-        let File { action: actions, contingency: mut entries } = source.parse()?;
+        let File { action: actions, contingency: mut entries, waiver } = source.parse()?;
         let mut mistakes = Vec::new();
+        let waivers = waiver::read(source, waiver, &mut mistakes);
         // One that slows is no tree: the limit is in force beside whatever is flown. One that yields flies nothing.
         let is_tree = |it: &ActionEntry| !matches!(it.severity, Severity::Slow | Severity::Yield);
         for (name, _) in actions.iter().filter(|(_, it)| is_tree(it)) {
@@ -76,7 +78,7 @@ impl Contingencies {
                 mistakes.push(source.mistake(None, message, "add a [[contingency]] whose `when` reads it"));
             }
         }
-        Mistakes(mistakes).or(Contingencies { rows })
+        Mistakes(mistakes).or(Contingencies { rows, waivers })
     }
 }
 
@@ -87,6 +89,8 @@ struct File {
     action: BTreeMap<Spanned<String>, ActionEntry>,
     #[serde(default)]
     contingency: Vec<Entry>,
+    #[serde(default)]
+    waiver: Vec<waiver::Entry>,
 }
 
 /// The part of an action that is the same in every row.

@@ -13,13 +13,16 @@ pub(crate) struct Battery {
     temperature_c: f64,
     /// The motors take this many times what they should.
     pub(crate) drain: f64,
+    /// Its own electronics report a fault.
+    pub(crate) faulty: bool,
 }
 
 impl Battery {
     /// Full, at the temperature of the air.
     pub(crate) fn new(config: config::Battery) -> Battery {
         let current_a = config.idle_w.get() / (f64::from(config.cells.get()) * config.cell_full_v.get());
-        Battery { remaining: 1.0, current_a, temperature_c: config.ambient_c.get(), drain: 1.0, config }
+        let temperature_c = config.ambient_c.get();
+        Battery { remaining: 1.0, current_a, temperature_c, drain: 1.0, faulty: false, config }
     }
 
     /// Charge left, 0 to 1.
@@ -54,7 +57,7 @@ impl Battery {
 
     /// Whether the autopilot reports a failure.
     pub(crate) fn is_critical(&self) -> bool {
-        self.remaining <= self.config.critical.get()
+        self.faulty || self.remaining <= self.config.critical.get()
     }
 
     /// Whether the autopilot lands.

@@ -139,6 +139,10 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             vehicle.battery.drain = factor;
             format!("the motors take {factor} times what they should")
         }
+        Fault::FaultyBattery(faulty) => {
+            vehicle.battery.faulty = faulty;
+            format!("the battery reports a fault: {faulty}")
+        }
         Fault::PositionJump { north_m, east_m, up_m } => {
             estimator.offset += nalgebra::Vector3::new(north_m, east_m, -up_m);
             format!("the estimate jumps by north {north_m}, east {east_m}, up {up_m} m")
@@ -160,6 +164,7 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             vehicle.slow_m_s = None;
             vehicle.vibration_m_s2 = 0.0;
             vehicle.battery.drain = 1.0;
+            vehicle.battery.faulty = false;
             vehicle.heading_error_rad = 0.0;
             *estimator = EstimatorFaults::default();
             *commands_to_reject = 0;

@@ -1,4 +1,5 @@
-// Active contingencies and their responses, the most urgent first; then flags that no row has taken up yet.
+// Active contingencies and their responses, the most urgent first; then flags that no row has taken up yet, and hazards that the table
+// leaves unanswered on purpose.
 
 import { attribute, disabledFor, h, list, part, text } from "./dom.js";
 import { has, inCommand, isCutOff, store } from "./store.js";
@@ -11,8 +12,13 @@ export function mountContingencies() {
   const body = panel.querySelector(".body");
   const cards = h("ul", { class: "cards", "aria-live": "polite" });
   const none = h("p", { class: "empty" }, "None.");
-  body.append(none, cards);
+  const waivers = h("ul", {});
+  const waived = h("details", { class: "muted", id: "waivers" }, h("summary", {}, "Hazards without an answer, by the table"), waivers);
+  body.append(none, cards, waived);
   return () => {
+    const reasons = store.session?.waivers ?? [];
+    attribute(waived, "hidden", !reasons.length);
+    list(waivers, reasons, (it) => `${it.hazard} ${it.phases}`, () => h("li", {}), (line, it) => text(line, `${it.hazard} (${it.phases.join(", ")}): ${it.reason}`));
     const items = itemsOf(store.doc);
     attribute(none, "hidden", items.length > 0);
     text(none, !store.doc ? "" : store.doc.contingencies ? "None." : "Not known yet: the mission manager was not heard.");

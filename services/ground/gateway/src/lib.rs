@@ -12,7 +12,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use domain::contingency::Row;
+use domain::contingency::Contingencies;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Topic};
 use node::{Effect, Event, Node, VehicleId};
@@ -88,7 +88,7 @@ impl Gateway {
         config: &Config,
         pace: Pace,
         access: AccessControl,
-        contingencies: &[Row],
+        contingencies: &Contingencies,
         wake: impl Fn() + Send + Sync + 'static,
     ) -> (Gateway, Api) {
         // Shorter than the limit of the request itself, so that the client gets the outcome of the call.
@@ -121,8 +121,9 @@ impl Gateway {
         };
         let api = Api {
             config: config.clone(),
-            thresholds: session::thresholds(contingencies).into(),
-            without_contact: session::without_contact(contingencies).into(),
+            thresholds: session::thresholds(contingencies.rows()).into(),
+            without_contact: session::without_contact(contingencies.rows()).into(),
+            waivers: session::waivers(contingencies.waivers()).into(),
             ages,
             snapshot: snapshots,
             journals: histories,
@@ -254,7 +255,8 @@ mod tests {
     fn check(speed: f64, messages: bool, expected: usize) {
         let pace = Pace::new(speed).unwrap();
         let access = AccessControl { tokens: Tokens::default(), audit: Audit::in_memory() };
-        let (mut gateway, api) = Gateway::new(&toml::from_str(CONFIG).unwrap(), pace, access, &[], || {});
+        let (mut gateway, api) =
+            Gateway::new(&toml::from_str(CONFIG).unwrap(), pace, access, &Default::default(), || {});
         let mut snapshots = api.snapshot.clone();
         let mut count = 0;
         for tick in 0..1000 {

@@ -176,7 +176,8 @@ mod tests {
     #[test]
     fn an_order_that_waits_for_a_gateway_that_starts_is_known() {
         let access = AccessControl { tokens: Tokens::default(), audit: Audit::in_memory() };
-        let gateway = Gateway::new(&toml::from_str(CONFIG).unwrap(), Pace::REAL_TIME, access, &[], || {});
+        let gateway =
+            Gateway::new(&toml::from_str(CONFIG).unwrap(), Pace::REAL_TIME, access, &Default::default(), || {});
         let process = GatewayProcess::bind(gateway, (Ipv4Addr::LOCALHOST, 0).into(), None).unwrap();
         let later = since_boot() + Duration::from_secs(10);
         assert!(process.api.standstill.may_have_waited(later, later).is_some());
@@ -215,7 +216,8 @@ mod tests {
         std::fs::write(&path, anna + &ben).unwrap();
         std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).unwrap();
         let access = AccessControl { tokens: Tokens::read(&path).unwrap(), audit: Audit::in_memory() };
-        let gateway = Gateway::new(&toml::from_str(CONFIG).unwrap(), Pace::REAL_TIME, access, &[], || {});
+        let gateway =
+            Gateway::new(&toml::from_str(CONFIG).unwrap(), Pace::REAL_TIME, access, &Default::default(), || {});
         let process = GatewayProcess::bind(gateway, (Ipv4Addr::LOCALHOST, 0).into(), None).unwrap();
         let (tokens, authorities) = (process.api.tokens.clone(), process.api.authorities.clone());
         let now = std::time::Instant::now();

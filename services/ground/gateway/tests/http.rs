@@ -71,7 +71,7 @@ impl World {
         let text = entry("eve", &[Role::Observer], "secret") + &entry("anna", &[Role::Operator], "order");
         let tokens = Tokens::parse(&Source { path: "tokens".into(), text }).unwrap();
         let access = AccessControl { tokens, audit: Audit::in_memory() };
-        let (gateway, api) = Gateway::new(config, Pace::REAL_TIME, access, &[], || {});
+        let (gateway, api) = Gateway::new(config, Pace::REAL_TIME, access, &Default::default(), || {});
         let (closing, closed) = watch::channel(());
         let router = router(api.clone(), closed);
         World { gateway, now: Now { time: Time::ZERO, utc_ms: 1_767_225_600_000 }, api, router, closing }

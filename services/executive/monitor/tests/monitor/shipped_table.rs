@@ -18,7 +18,7 @@ fn no_flag_is_raised_while_all_is_well() {
 type Cause = (&'static str, fn(&mut Rig), f64);
 
 /// What raises the flag of each row with an expression, and the seconds after which it has fallen again once all is well.
-const CAUSES: [Cause; 51] = [
+const CAUSES: [Cause; 52] = [
     ("crashed", |rig| falls(rig), 0.2),
     ("motor_failure", |rig| reports(rig, FailureFlag::Motor), 0.1),
     ("attitude_exceeded", |rig| (rig.vehicle.attitude.q_x, rig.vehicle.attitude.q_w) = 0.6_f64.sin_cos(), 0.1),
@@ -78,6 +78,7 @@ const CAUSES: [Cause; 51] = [
     ("clock_jumped", |rig| rig.utc_ms += 1200, 61.0),
     ("cancel_ignored", |rig| progress(rig).cancel_s = 5.1, 0.1),
     ("skill_overruns", |rig| progress(rig).pace = Some(0.66), 0.1),
+    ("battery_faulty", |rig| reports(rig, FailureFlag::Battery), 0.1),
     ("no_plan", |rig| (progress(rig).plan_s, energy(rig).best) = (1.1, margin(0.029)), 0.1),
     ("operator_silent", |rig| progress(rig).operator_s = 600.1, 0.1),
     ("record_unwritable", |rig| rig.vehicle.record_trouble = "the disk is full".into(), 0.1),

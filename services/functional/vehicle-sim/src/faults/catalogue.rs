@@ -65,6 +65,12 @@ const CATALOGUE: &[CatalogueEntry] = &[
         parse: |it| Ok(Fault::BatteryTemperature(it.number("DEGREES", -40.0..=150.0)?)),
     },
     CatalogueEntry {
+        name: "battery_fault",
+        arguments: "[on|off]",
+        effect: "the battery reports a fault of its own, whatever its charge",
+        parse: |it| Ok(Fault::FaultyBattery(it.switch()?)),
+    },
+    CatalogueEntry {
         name: "gnss_loss",
         arguments: "[on|off]",
         effect: "no satellites: dead reckoning for five seconds, then a blind descent",

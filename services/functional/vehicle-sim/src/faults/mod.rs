@@ -119,6 +119,8 @@ pub(crate) enum Fault {
     Vibration(f64),
     /// The motors take this many times what they should.
     Drain(f64),
+    /// The battery reports a fault of its own.
+    FaultyBattery(bool),
     /// The estimate jumps: north, east, up, in metres. It stays there.
     PositionJump {
         /// Towards north.
@@ -271,6 +273,7 @@ mod tests {
         );
         check("vibration 70", Ok(Fault::Vibration(70.0)));
         check("drain 1.5", Ok(Fault::Drain(1.5)));
+        check("battery_fault", Ok(Fault::FaultyBattery(true)));
         check("position_jump 0 15", Ok(Fault::PositionJump { north_m: 0.0, east_m: 15.0, up_m: 0.0 }));
         check("position_jump 0 0 200", Ok(Fault::PositionJump { north_m: 0.0, east_m: 0.0, up_m: 200.0 }));
         check("heading_error -90", Ok(Fault::HeadingError(-90.0)));

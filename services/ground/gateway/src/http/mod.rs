@@ -78,6 +78,7 @@ pub struct Api {
     pub(crate) config: Config,
     pub(crate) thresholds: Arc<[v1::session::Threshold]>,
     pub(crate) without_contact: Arc<[v1::session::WithoutContact]>,
+    pub(crate) waivers: Arc<[v1::session::Waiver]>,
     pub(crate) ages: Ages,
     pub(crate) snapshot: watch::Receiver<Arc<Snapshot>>,
     pub(crate) journals: watch::Receiver<Journals>,

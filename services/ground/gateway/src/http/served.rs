@@ -52,7 +52,8 @@ impl Served {
         std::fs::write(&tokens, entry_of(WATCHER) + &entry_of(OPERATOR)).unwrap();
         std::fs::set_permissions(&tokens, std::fs::Permissions::from_mode(0o600)).unwrap();
         let access = AccessControl { tokens: Tokens::read(&tokens).unwrap(), audit: Audit::in_memory() };
-        let (gateway, api) = Gateway::new(&toml::from_str(&config).unwrap(), Pace::REAL_TIME, access, &[], || {});
+        let (gateway, api) =
+            Gateway::new(&toml::from_str(&config).unwrap(), Pace::REAL_TIME, access, &Default::default(), || {});
         let (closing, closed) = watch::channel(());
         let (router, now) = (router(api.clone(), closed), Now { time: Time::ZERO, utc_ms: 0 });
         let mut served = Served { api, closing, gateway, router, now, tokens, _folder: folder };

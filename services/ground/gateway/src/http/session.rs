@@ -4,9 +4,10 @@ use axum::Extension;
 use axum::extract::State;
 use axum::response::Response;
 use domain::contingency::Row;
+use domain::contingency::hazard;
 use domain::contingency::snapshot::Field;
 use kittiwake_proto::v1;
-use kittiwake_proto::v1::session::{Threshold, WithoutContact};
+use kittiwake_proto::v1::session::{Threshold, Waiver, WithoutContact};
 
 use crate::http::answer::document;
 use crate::http::guard::AuthorizedRequest;
@@ -21,6 +22,7 @@ pub(crate) async fn session(State(site): State<Site>, Extension(request): Extens
         status_rate_hz: site.api.config.status_rate_hz.get(),
         thresholds: site.api.thresholds.to_vec(),
         without_contact: site.api.without_contact.to_vec(),
+        waivers: site.api.waivers.to_vec(),
         speed: site.api.ages.pace.speed(),
         page: page::tag(),
     })
@@ -36,6 +38,17 @@ pub(crate) fn thresholds(rows: &[Row]) -> Vec<Threshold> {
         is_level.then(|| Threshold { flag: row.flag.clone(), quantity, value, above })
     };
     rows.iter().filter_map(of_row).collect()
+}
+
+/// What the table leaves unanswered on purpose.
+pub(crate) fn waivers(waivers: &[hazard::Waiver]) -> Vec<Waiver> {
+    let told = |it: &hazard::Waiver| Waiver {
+        hazard: it.hazard.name.to_owned(),
+        sign: it.hazard.sign.to_string(),
+        phases: it.phases.iter().map(ToString::to_string).collect(),
+        reason: it.reason.clone(),
+    };
+    waivers.iter().map(told).collect()
 }
 
 /// What a vehicle does that does not hear the ground in flight, the earliest first.
@@ -84,5 +97,14 @@ mod tests {
         let table = Contingencies::read(&Source { path: "c.toml".into(), text }, &testing::ACTIONS).unwrap();
         let (flag, quantity) = ("wind_too_strong".to_owned(), "wind.speed_m_s".to_owned());
         assert_eq!(thresholds(table.rows()), [Threshold { flag, quantity, value: 14.0, above: true }]);
+    }
+
+    #[test]
+    fn a_waiver_is_told_with_its_phases_and_its_reason() {
+        let text = testing::table("[[waiver]]\nhazard = \"wind-high\"\nreason = \"it starts in a hangar\"\n");
+        let table = Contingencies::read(&Source { path: "c.toml".into(), text }, &testing::ACTIONS).unwrap();
+        let (hazard, sign) = ("wind-high".to_owned(), "wind.speed_m_s 13.00 m/s".to_owned());
+        let (phases, reason) = (vec!["on the ground".to_owned()], "it starts in a hangar".to_owned());
+        assert_eq!(waivers(table.waivers()), [Waiver { hazard, sign, phases, reason }]);
     }
 }

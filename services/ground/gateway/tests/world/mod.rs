@@ -121,7 +121,7 @@ impl World {
         std::fs::write(recordings.path().join(format!("{RECORDING}.mcap")), "not at all").unwrap();
         config.recording.folder = Some(recordings.path().to_owned());
         let access = AccessControl { tokens, audit: Audit::in_memory() };
-        let (mut gateway, api) = Gateway::new(&config, Pace::REAL_TIME, access, &[], wake);
+        let (mut gateway, api) = Gateway::new(&config, Pace::REAL_TIME, access, &Default::default(), wake);
         let (closing, closed) = watch::channel(());
         let router = router(api.clone(), closed);
         let heard = Arc::new(Mutex::new(Vec::new()));

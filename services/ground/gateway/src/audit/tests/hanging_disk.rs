@@ -117,7 +117,7 @@ async fn orders_and_health_are_answered_while_the_disk_hangs() {
     let tokens = Source { path: "tokens".into(), text: entry("anna", &[Role::Operator], "token") };
     let access = AccessControl { tokens: Tokens::parse(&tokens).unwrap(), audit };
     let config = toml::from_str(include_str!("../../../tests/world/config.toml")).unwrap();
-    let (mut gateway, api) = Gateway::new(&config, Pace::REAL_TIME, access, &[], || {});
+    let (mut gateway, api) = Gateway::new(&config, Pace::REAL_TIME, access, &Default::default(), || {});
     let status = kittiwake_proto::v1::VehicleStatus::default().into();
     gateway.on(Now::default(), Event::Message { vehicle: "uav1".into(), message: status }, &mut Vec::new());
     gateway.act(Now::default(), &mut Vec::new());
