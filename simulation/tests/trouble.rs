@@ -136,7 +136,7 @@ fn nothing_takes_off_into_the_way_of_what_comes() {
     // At 25 m/s from 1500 m away: it has passed after a minute.
     let flight = meets(0, "intruder", &["-1500", "0", "30", "25", "0", "crewed"]);
     let at = |what: &str| flight.decisions.iter().find(|(_, it)| it.contains(what)).map(|(at, _)| at.as_secs_f64());
-    let (over, off) = (at("`traffic_near` is over"), at("step 1 of"));
+    let (over, off) = (at("`traffic_near` is over"), at("step 1 succeeded"));
     assert!(over.is_some() && over < off, "{over:?} {off:?}: {:?}", flight.story());
 }
 

@@ -10,7 +10,7 @@ use super::Answer::{Narrowed, Response, Told};
 use super::Sign::{Fields, Flag};
 use super::{Answer, Hazard, Sign};
 use crate::contingency::narrowing::Narrows;
-use Severity::{Divert, Hold, Land, Leave, Return, Terminate, Yield};
+use Severity::{Avoid, Divert, Hold, Land, Leave, Return, Terminate, Yield};
 
 type Calls = &'static [(&'static [Phase], Answer)];
 
@@ -26,11 +26,11 @@ const LEGS: &[Phase] = &[Phase::Cruise, Phase::InsideArea];
 const EVERYWHERE: &[Phase] = &Phase::ALL;
 
 /// Any response keeps it on the ground.
-const STAYS_DOWN: Answer = Response(&[Hold, Leave, Return, Divert, Land, Terminate]);
+const STAYS_DOWN: Answer = Response(&[Hold, Leave, Return, Divert, Avoid, Land, Terminate]);
 /// It flies no farther on its way, and comes down nowhere but at a place.
 const STOPS: Answer = Response(&[Hold, Leave, Return, Divert]);
 /// It keeps away from what flies or swims there.
-const KEEPS_AWAY: Answer = Response(&[Hold, Leave, Return, Divert, Land]);
+const KEEPS_AWAY: Answer = Response(&[Avoid, Land]);
 /// It still flies, so it comes down at a place to land at, not in water and not among people.
 const TO_A_PLACE: Answer = Response(&[Return, Divert]);
 /// It flies nowhere any more.
@@ -97,7 +97,7 @@ pub const HAZARDS: &[Hazard] = &[
     hazard("heading-wrong", Fields(&[(Field::HeadingDifference, 120.0)]), 5.0,
         &[(UNTIL_LANDING, SLOWER), (GROUND, STAYS_DOWN)], "PX4 EKF2: a magnetometer 60 deg off prevents arming"),
     hazard("off-its-path", Fields(&[(Field::PathDeviation, 60.0)]), 10.0,
-        &[(LEGS, STOPS)], "ICAROUS FlightPlanDeviation; ENG: three times the stand-off from areas"),
+        &[(LEGS, Told)], "ICAROUS FlightPlanDeviation; ENG: three times the stand-off from areas"),
     hazard("frame-moved", Flag(FRAME_MOVED), 0.0,
         &[(UNTIL_LANDING, STOPS), (GROUND, STAYS_DOWN)], "PX4 vehicle_local_position reset counters"),
     // Vehicle.
@@ -144,9 +144,9 @@ pub const HAZARDS: &[Hazard] = &[
         &[(AIR, Told)], "ENG: no record is a fault of the ground, and ends no flight"),
     // Airspace.
     hazard("aircraft-near", Fields(&[(Field::ClosestApproach, 200.0)]), 3.0,
-        &[(ON_WAY, KEEPS_AWAY)], "ASTM F3442: well clear is 610 m; ENG: a third of that"),
+        &[(ON_WAY, KEEPS_AWAY), (GROUND, STAYS_DOWN)], "ASTM F3442: well clear is 610 m; ENG: a third of that"),
     hazard("drone-near", Fields(&[(Field::UncrewedApproach, 60.0)]), 3.0,
-        &[(ON_WAY, KEEPS_AWAY)], "ENG: less than half of ArduPilot's AVD"),
+        &[(ON_WAY, KEEPS_AWAY), (GROUND, STAYS_DOWN)], "ENG: less than half of ArduPilot's AVD"),
     hazard("vessel-near", Fields(&[(Field::VesselApproach, 10.0)]), 5.0,
         &[(ON_WAY, KEEPS_AWAY)], "SORA ground risk buffer 1:1"),
     hazard("too-high", Fields(&[(Field::Height, 250.0), (Field::HeightAtRest, 250.0)]), 10.0,
@@ -177,9 +177,9 @@ pub const HAZARDS: &[Hazard] = &[
         &[(AIR, Told)], "ENG: its restart takes 4 s; nobody responds meanwhile"),
     hazard("skill-does-not-end", Fields(&[(Field::CancelWait, 30.0)]), 5.0,
         &[(ON_WAY, STOPS)], "ENG: sixty times the pause between two tries"),
-    hazard("skill-takes-too-long", Fields(&[(Field::Overrun, 200.0)]), 60.0,
+    hazard("skill-takes-too-long", Fields(&[(Field::Pace, 25.0)]), 60.0,
         &[(LEGS, Told)], "PlanSys2 duration_overrun_percentage 20 %"),
-    hazard("nothing-to-fly", Fields(&[(Field::PlanWait, 3600.0)]), 5.0,
+    hazard("nothing-to-fly", Fields(&[(Field::PlanWait, 3600.0), (Field::PlaceMargin, 2.0)]), 5.0,
         &[(WAITING, TO_A_PLACE)], "ENG: longer than the battery lasts"),
     hazard("nobody-decides", Fields(&[(Field::OperatorWait, 3600.0)]), 5.0,
         &[(UNTIL_LANDING, TO_A_PLACE)], "ENG: longer than the battery lasts"),

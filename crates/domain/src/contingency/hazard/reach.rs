@@ -77,7 +77,7 @@ pub const fn reach(field: Field) -> Reach {
         Field::Consumption => measured(100.0, 0.0, 400.0),
         Field::Endurance => number(1000.0, 800.0, 0.0, 36_000.0, Shown(Field::PlaceMargin)),
         Field::PathDeviation => measured(0.5, 0.0, 1000.0),
-        Field::Overrun => measured(0.0, -100.0, 1000.0),
+        Field::Pace => measured(100.0, -1000.0, 1000.0),
         // As long as the battery of a long flight lasts.
         Field::CancelWait | Field::OperatorWait | Field::PlanWait => measured(0.0, 0.0, 7200.0),
         Field::ClockStep => measured(0.0, 0.0, 1e9),
@@ -129,7 +129,7 @@ pub const fn may_be_missing(field: Field) -> bool {
             | Field::Consumption
             | Field::Endurance
             | Field::PathDeviation
-            | Field::Overrun
+            | Field::Pace
             | Field::NotReady
             | Field::RecordFails
             | Field::LinkSilence
