@@ -43,8 +43,8 @@ fn ends_at_home(simulation: &mut Simulation<'_>) {
 
 #[test]
 fn nothing_takes_off_without_the_permission_to_come_back() {
-    // It begins to apply a minute after the takeoff: the takeoff itself needs no permission.
-    let opens = "from_utc = \"2026-01-01T00:01:00Z\"";
+    // It begins to apply two minutes after the start: the takeoff itself needs no permission.
+    let opens = "from_utc = \"2026-01-01T00:02:00Z\"";
     for (name, policy) in [("denied", Policy::Deny), ("silent", Policy::Silent)] {
         let mut simulation = out_and_back(name, "water", opens, policy);
         let report = simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));

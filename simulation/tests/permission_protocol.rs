@@ -250,6 +250,7 @@ impl Model {
             latest_decision: self.beliefs[vehicle].highest(),
             flight: self.flight(vehicle),
             extent: self.beliefs[vehicle].extent(&area).map(Into::into),
+            entered_because: String::new(),
             area,
         };
         self.send(vehicle, Request::Permission(request));

@@ -117,6 +117,11 @@ impl Area {
         self.kind == AreaKind::KeepOut && is_low && self.ground != Ground::Nobody
     }
 
+    /// The same with people below.
+    pub(crate) fn among_people(&self) -> Area {
+        Area { ground: Ground::People, ..self.clone() }
+    }
+
     /// Whether it only bars landings, and what comes down there may harm as much: a ditch, or a load, in water.
     pub fn takes(&self, accepts: Harm) -> bool {
         self.only_bars_landings() && self.ground.harm() <= accepts

@@ -166,7 +166,9 @@ impl From<&Area> for v1::Area {
             until_utc_ms: it.until_utc_ms,
             hours_utc: it.hours.as_ref().map(WeeklyHours::to_texts).unwrap_or_default(),
             ground: match it.ground {
-                Ground::Nobody => v1::GroundKind::Nobody,
+                // Said where silence would mean people.
+                Ground::Nobody if it.among_people().only_bars_landings() => v1::GroundKind::Nobody,
+                Ground::Nobody => v1::GroundKind::Unspecified,
                 Ground::Water => v1::GroundKind::Water,
                 Ground::People => v1::GroundKind::People,
             } as i32,
@@ -201,9 +203,8 @@ impl TryFrom<v1::Area> for Area {
             hours: hours(&it.hours_utc)?,
             ground: ground.unwrap_or_default(),
         };
-        let among_people = Area { ground: Ground::People, ..area.clone() };
-        let is_unsaid = ground.is_none() && among_people.only_bars_landings();
-        Ok(if is_unsaid { among_people } else { area })
+        let is_unsaid = ground.is_none() && area.among_people().only_bars_landings();
+        Ok(if is_unsaid { area.among_people() } else { area })
     }
 }
 

@@ -256,6 +256,7 @@ mod tests {
             from_utc_ms: Some(i64::MAX),
             until_utc_ms: Some(i64::MAX),
             hours: Some(crate::hours::WeeklyHours::parse(&["Mon-Fri 08:00-18:00", "Sat 22:00-02:00"]).unwrap()),
+            ground: Default::default(),
         };
         let areas = vec![kittiwake_proto::v1::Area::from(&area); MOST_AREAS];
         let feed = kittiwake_proto::v1::Feed { areas: (0..MOST_AREAS as u32).collect(), ..Default::default() };

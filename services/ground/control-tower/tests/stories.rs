@@ -474,6 +474,7 @@ pub(crate) fn request(id: &str, area: &str) -> v1::PermissionRequest {
         latest_decision: 0,
         flight: "f".into(),
         extent: Some(v1::AreaExtent { outline: vec![7; 32], ..Default::default() }),
+        entered_because: String::new(),
     }
 }
 

@@ -35,7 +35,7 @@ impl World {
             }
         } else if was_flying && self.is_on_ground() {
             // After a restart nobody has seen where it came down.
-            self.landings.rests_at.get_or_insert(vehicle.position);
+            self.landings.rests_at = Some(vehicle.position);
             self.touched_down();
         }
         let since = |before: Option<Time>, holds: bool| before.or(Some(self.now.time)).filter(|_| holds);

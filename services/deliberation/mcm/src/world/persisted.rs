@@ -118,7 +118,7 @@ impl World {
         self.restore_frame(frame);
         self.seen.flies = Some(Known::restored(flight.in_air));
         self.landings.by_plan = lands_at.map(Known::restored);
-        self.landings.rests_at = rests_at.or(lands_at);
+        self.landings.rests_at = rests_at;
         let why = Some(flight.unplanned_landing).filter(|it| !it.is_empty());
         self.landings.unplanned = why.map(Known::restored);
         self.monitor.told = Told::remembered(flight.told.unwrap_or_default());
