@@ -202,7 +202,7 @@ fn a_pause_lasts_until_it_is_resumed() {
     assert_eq!(rig.story(), "");
     assert!(rig.status().paused);
     rig.command(RESUME);
-    assert_eq!(rig.story(), "replan after 1 (interrupted by `operator_pause`) []\nstart fly 0 100 10");
+    assert_eq!(rig.story(), "replan after 1 (interrupted by `operator_pause`) []\nstart stop");
     assert!(!rig.status().paused);
 }
 

@@ -52,7 +52,7 @@ fn a_flag_and_the_action_that_answers_it_are_found_by_their_paths() {
         (found.after(), found.at_ns)
     };
     let (raised, raised_ns) = ended("/obstacle/Responds");
-    let (action, action_ns) = ended("/obstacle 1: stop, 3 tries/Sequence/Fallback/Timeout/stop/Stop");
+    let (action, action_ns) = ended("/obstacle 1: stop, 3 tries/Sequence/Fallback/stop/Stop");
     assert_eq!((raised, action), (Success, Running));
     let moments = [rig.timing.woken_ns, rig.timing.ticked_ns, raised_ns, action_ns, rig.timing.decided_ns];
     assert!(moments.is_sorted(), "{moments:?}");
