@@ -17,6 +17,7 @@ mod fake_px4;
 mod flights;
 mod forecast;
 mod frozen;
+mod heights;
 mod imported;
 mod land_detector;
 mod landing;

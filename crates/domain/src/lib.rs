@@ -22,6 +22,7 @@ pub mod geodesy;
 pub mod geometry;
 pub mod ground;
 pub mod hours;
+pub mod known_ground;
 pub mod measured;
 pub mod memory;
 pub mod mission;

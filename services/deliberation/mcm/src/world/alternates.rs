@@ -249,13 +249,7 @@ impl World {
         limits: &'a FlightLimits,
         energy: &'a EnergyModel,
     ) -> Viewpoint<'a> {
-        Viewpoint {
-            from: here,
-            height_m: self.transit_height_m(here),
-            around: self.surroundings(grants, limits),
-            energy,
-            wind: self.wind(),
-        }
+        Viewpoint { from: here, around: self.surroundings(grants, limits), energy, wind: self.wind() }
     }
 
     fn candidates(&self) -> Vec<Candidate> {

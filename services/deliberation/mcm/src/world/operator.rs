@@ -206,6 +206,7 @@ impl World {
 
     fn land_at(&mut self, request: v1::LandAt, order: Order) -> Outcome {
         let site = landing_site(request).map_err(|invalid| invalid.to_string())?;
+        let site = site.at_height(self.planner.ground().height_m(site));
         if FARTHEST_M < site.horizontal_distance_m(Ned::default()) {
             return Err(format!("the site is farther than {FARTHEST_M} m from the origin"));
         }
@@ -222,9 +223,8 @@ impl World {
         if let Some(shortfall) = self.too_far_to_land(site, order.overrides) {
             return Err(format!("the place is too far: the way {shortfall}"));
         }
-        let height_m = self.clear_height_m(vehicle.position);
-        let has_way = self.way_to(site, height_m).is_some();
-        let needed = if has_way { BTreeSet::new() } else { self.needed_for_way(site, height_m) };
+        let has_way = self.way_to(site).is_some();
+        let needed = if has_way { BTreeSet::new() } else { self.needed_for_way(site) };
         if !has_way && needed.is_empty() {
             return Err("there is no way to that place that keeps out of areas that may not be entered".into());
         }
@@ -233,7 +233,12 @@ impl World {
             // It is not the same order again if it names another place.
             self.lower(LAND);
         }
-        let mut words = format!("flies to ({:.0}, {:.0}), lands there and ends the mission", site.north_m, site.east_m);
+        let at = match site.height_m() {
+            0.0 => String::new(),
+            height_m => format!(", where the ground is at {height_m:.0} m"),
+        };
+        let mut words =
+            format!("flies to ({:.0}, {:.0}){at}, lands there and ends the mission", site.north_m, site.east_m);
         if !has_way {
             let areas = needed.into_iter().collect::<Vec<_>>().join(", ");
             let otherwise = self.what_follows(LAND);
@@ -352,7 +357,7 @@ impl World {
     }
 }
 
-/// The landing site in a request, on the ground.
+/// The landing site in a request.
 fn landing_site(request: v1::LandAt) -> Result<Ned, InvalidMessage> {
     let position = request.position.ok_or(InvalidMessage::Missing("position"))?;
     Ned::try_from(v1::Ned { down_m: 0.0, ..position })

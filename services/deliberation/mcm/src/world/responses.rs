@@ -140,8 +140,8 @@ impl World {
     /// There is no way to `site` now, for the reason `why`. Asks for the permissions that there may be one with. Returns whether the
     /// response holds until then, as long as its table says; while energy runs out, only until the tower must have
     /// answered: that there is none is no failure of what was tried.
-    pub(crate) fn may_wait_for_way(&mut self, site: Ned, height_m: f64, why: &str) -> bool {
-        let is_asked = self.ask_for_way(site, height_m);
+    pub(crate) fn may_wait_for_way(&mut self, site: Ned, why: &str) -> bool {
+        let is_asked = self.ask_for_way(site);
         let runs_out = self.runs_out_of_energy();
         if runs_out && !is_asked {
             return false;
