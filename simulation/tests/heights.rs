@@ -55,14 +55,14 @@ fn battery(charge: &str) -> Trouble {
 
 #[test]
 fn a_flight_that_ends_early_comes_down_on_a_hill_from_above() {
-    let far = [objective("far", [0.0, 900.0, 20.0], true), objective("back", HOME, false)];
+    let far = [objective("far", [0.0, 2400.0, 20.0], true), objective("back", HOME, false)];
     for height_m in [35.0, 60.0] {
-        let hill = [40.0, 700.0, height_m];
+        let hill = [40.0, 1700.0, height_m];
         let mission = [far.concat(), site(hill)];
-        check(&mission, &[hill], Some((75, battery("0.24"))), "hill");
+        check(&mission, &[hill], Some((180, battery("0.24"))), "hill");
         let order =
-            v1::LandAt { position: Some(v1::Ned { north_m: 40.0, east_m: 700.0, down_m: 0.0 }), overrides: false };
-        check(&mission, &[hill], Some((40, Trouble::Order(Verb::LandAt(order)))), "hill");
+            v1::LandAt { position: Some(v1::Ned { north_m: 40.0, east_m: 1700.0, down_m: 0.0 }), overrides: false };
+        check(&mission, &[hill], Some((150, Trouble::Order(Verb::LandAt(order)))), "hill");
     }
 }
 

@@ -29,7 +29,7 @@ const LEVEL_M: f64 = 5.0;
 pub(super) fn against_ground(place: Place, others: &[(String, Ned)]) -> Option<String> {
     let height_m = place.position.height_m();
     others.iter().find_map(|(name, other)| {
-        let (away_m, ground_m) = (other.horizontal_distance_m(place.position), other.height_m());
+        let (away_m, ground_m) = (other.horizontal_distance_m(place.position), other.height_m() + 0.0);
         let is_wrong = if place.flying { height_m <= ground_m } else { LEVEL_M < (height_m - ground_m).abs() };
         let verb = if place.flying { "flies" } else { "lies" };
         (away_m <= MARGIN_M && is_wrong).then(|| {
