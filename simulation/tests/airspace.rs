@@ -315,7 +315,7 @@ fn the_planner_is_as_careful_as_the_mission_manager() {
     let text = std::fs::read_to_string(config().join("kittiwake.toml")).unwrap();
     let config: toml::Table = toml::from_str(&text).unwrap();
     let number = |section: &str, key: &str| config[section][key].as_float().unwrap();
-    for key in ["vertical_margin_m", "climb_m_s", "descent_m_s", "least_height_m", "highest_m"] {
+    for key in ["vertical_margin_m", "climb_m_s", "descent_m_s", "least_height_m", "return_height_m", "highest_m"] {
         assert_eq!(number("planner", key), number("mcm", key), "{key}");
     }
     assert!(number("mcm", "permission_margin_s") <= number("planner", "grant_lead_s"));

@@ -19,6 +19,7 @@ mod forecast;
 mod frozen;
 mod harm;
 mod hazards;
+mod heights;
 mod imported;
 mod land_detector;
 mod landing;

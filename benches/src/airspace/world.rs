@@ -8,6 +8,7 @@ use domain::area::{Area, AreaKind};
 use domain::area_map::AreaMap;
 use domain::energy::EnergyModel;
 use domain::geometry::Ned;
+use domain::known_ground::LEVEL;
 use domain::mission::{Mission, Objective};
 use domain::plan::Basis;
 use domain::site::SiteKind;
@@ -207,13 +208,21 @@ pub(crate) fn way_home(world: World, areas: &[Area], map: &AreaMap) -> Option<Ve
     let limits = FlightLimits {
         speeds: Speeds::calm(10.0, 3.0, 1.5),
         least_height_m: 5.0,
+        return_height_m: 15.0,
         highest_m: 120.0,
         clearance_m: 20.0,
         margin_m: 10.0,
         height_clearance_m: 2.0,
     };
     let (grants, clock) = (Grants::new(), Clock { utc_ms: 0, pace: Pace::REAL_TIME });
-    let airspace = Airspace { areas, grants: &grants, clock, lead: Duration::from_secs(30), vertical_margin_m: 2.0 };
+    let airspace = Airspace {
+        areas,
+        grants: &grants,
+        clock,
+        lead: Duration::from_secs(30),
+        vertical_margin_m: 2.0,
+        ground: &LEVEL,
+    };
     let around = Surroundings { airspace, map, limits: &limits, ends_at: SiteKind::Landing };
-    around.way_within(world.goal().at_height(15.0), world.start(), 15.0, MOST_LEGS).way
+    around.way_within(world.goal().at_height(15.0), world.start(), MOST_LEGS).way
 }

@@ -10,6 +10,7 @@ use std::time::Duration;
 use crate::area::{Area, AreaKind};
 use crate::geometry::Ned;
 use crate::harm::Harm;
+use crate::known_ground::KnownGround;
 use crate::outline::Outline;
 use crate::speeds::Speeds;
 use crate::time::Pace;
@@ -31,6 +32,8 @@ pub struct Airspace<'a> {
     pub lead: Duration,
     /// Heights this close to a floor or a ceiling count as inside, in metres.
     pub vertical_margin_m: f64,
+    /// How high the ground is.
+    pub ground: &'a KnownGround,
 }
 
 /// A moment, and how fast mission time runs against UTC.
@@ -122,7 +125,7 @@ pub struct Stay {
 }
 
 /// A way that leads no farther over ground is straight up or down, in metres: a vehicle holds its place as well.
-const STRAIGHT_UP_M: f64 = 1.0;
+pub(crate) const STRAIGHT_UP_M: f64 = 1.0;
 
 /// The parts of the straight way from `from` to `to` that lie inside `area`, heights within `vertical_margin_m` of its
 /// floor and ceiling included. Along the border is not inside. A way that leads over ground and up or down counts at all heights
@@ -284,6 +287,7 @@ impl<'a> Airspace<'a> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::known_ground::LEVEL;
 
     pub(crate) fn area(name: &str, kind: AreaKind, corners: &[(f64, f64)]) -> Area {
         let corners = corners.iter().map(|&(north, east)| Ned::new(north, east, 0.0)).collect();
@@ -297,7 +301,7 @@ pub(crate) mod tests {
 
     pub(crate) fn airspace<'a>(areas: &'a [Area], grants: &'a Grants) -> Airspace<'a> {
         let clock = Clock { utc_ms: 1_000_000, pace: Pace::REAL_TIME };
-        Airspace { areas, grants, clock, lead: Duration::from_secs(30), vertical_margin_m: 2.0 }
+        Airspace { areas, grants, clock, lead: Duration::from_secs(30), vertical_margin_m: 2.0, ground: &LEVEL }
     }
 
     fn at(east: f64, height: f64) -> Ned {

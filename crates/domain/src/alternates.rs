@@ -106,8 +106,6 @@ pub struct Way {
 pub struct Viewpoint<'a> {
     /// In the air.
     pub from: Ned,
-    /// At which it is preferably flown, in metres above the origin.
-    pub height_m: f64,
     /// As they are then.
     pub around: Surroundings<'a>,
     /// The vehicle's figures.
@@ -120,13 +118,13 @@ impl Viewpoint<'_> {
     /// The way to `candidate`: one that may be flown as the permissions are, else one that takes more of them. Each search looks at no
     /// more than `most_legs` legs.
     pub fn look_at(&self, candidate: &Candidate, most_legs: u32) -> Found<Way> {
-        let Viewpoint { from, height_m, .. } = *self;
+        let Viewpoint { from, .. } = *self;
         let (place, around) = (candidate.position, Surroundings { ends_at: candidate.kind, ..self.around });
-        let free = around.way_within(from, place, height_m, most_legs);
+        let free = around.way_within(from, place, most_legs);
         if let Some(points) = free.way {
             return Found { way: Some(self.measured(&points, place, Vec::new())), legs: free.legs };
         }
-        let Found { way, legs } = around.way_if_granted(from, place, height_m, most_legs);
+        let Found { way, legs } = around.way_if_granted(from, place, most_legs);
         let way = way.filter(|it| !it.needs.is_empty());
         let way = way.map(|WayToAsk { points, needs }| self.measured(&points, place, needs.into_iter().collect()));
         Found { way, legs: free.legs + legs }

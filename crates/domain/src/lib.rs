@@ -24,6 +24,7 @@ pub mod ground;
 pub mod harm;
 pub mod headway;
 pub mod hours;
+pub mod known_ground;
 pub mod measured;
 pub mod memory;
 pub mod mission;

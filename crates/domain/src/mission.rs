@@ -301,6 +301,7 @@ impl Mission {
         }
         check.precedence(file.order, &file.objective);
         if check.mistakes.0.is_empty() {
+            check.ground(&file, &objectives, &alternates);
             check.sites(&file, &objectives, &areas, &spans);
             check.alternates_among(&file.site, &alternates, &areas);
         }
@@ -327,6 +328,9 @@ impl Mission {
             return Some(format!("objective `{}` is at {height_m} m, the highest is {most_m} m", objective.name));
         }
         let site = Place { position: objective.position, flying: objective.flying, is_end };
+        if let Some(why) = sites::against_ground(site, &places_on_ground(&self.objectives, &self.sites)) {
+            return Some(format!("objective `{}` {why}", objective.name));
+        }
         let unfit = self.areas.iter().filter(|it| it.always_applies()).find_map(|area| sites::unfit(site, area))?;
         Some(format!("objective `{}` {}", objective.name, unfit.in_words()))
     }
@@ -358,6 +362,14 @@ impl Mission {
         let more = all.next().map(|_| "more places lie as near to a border".to_owned());
         first.into_iter().chain(more).collect()
     }
+}
+
+/// The take-off point, the objectives on the ground, and the sites.
+fn places_on_ground(objectives: &[Objective], sites: &[Site]) -> Vec<(String, Ned)> {
+    let on_ground = objectives.iter().filter(|it| !it.flying);
+    let objectives = on_ground.map(|it| (format!("objective `{}`", it.name), it.position));
+    let sites = sites.iter().map(|it| (format!("site `{}`", it.name), it.position));
+    std::iter::once(("the take-off point".to_owned(), Ned::default())).chain(objectives).chain(sites).collect()
 }
 
 /// Why the vehicle must not be sent to land at `site`, by one of `areas`, which apply then; the end of a sentence that begins with
@@ -501,7 +513,7 @@ impl Checker<'_> {
             self.say(
                 Some(it.height_m.span()),
                 message,
-                "an objective on the ground lies at most 5 m below the take-off point",
+                "an objective on the ground lies at most 110 m below the take-off point",
             );
         }
         let survey = self.survey(it);
@@ -578,6 +590,29 @@ impl Checker<'_> {
             self.say(span, format!("area `{}` ends before it begins", area.name), "");
         }
         area
+    }
+
+    /// Each place against the ground as the others say it.
+    fn ground(&mut self, file: &MissionFile, objectives: &[Objective], sites: &[Site]) {
+        let on_ground = places_on_ground(objectives, sites);
+        for (entry, objective) in file.objective.iter().zip(objectives) {
+            let place = |position| Place { position, flying: objective.flying, is_end: false };
+            let wrong =
+                objective.places().into_iter().find_map(|it| Some((it, sites::against_ground(place(it), &on_ground)?)));
+            if let Some((at, why)) = wrong {
+                let message = format!("{} {why}", objective.in_words(at));
+                self.say(Some(entry.height_m.span()), message, "one of the two heights is wrong");
+            }
+        }
+        for (entry, site) in file.site.iter().zip(sites) {
+            if let Some(why) = sites::against_ground(Place::to_end_at(site.position), &on_ground) {
+                self.say(
+                    Some(entry.height_span()),
+                    format!("site `{}` {why}", site.name),
+                    "one of the two heights is wrong",
+                );
+            }
+        }
     }
 
     /// Where the mission begins, flies to and ends, against each area.

@@ -28,8 +28,10 @@ pub use search::{Among, Asked, Entry, KEPT, NoWay, TimedWay, Trip, find};
 pub struct FlightLimits {
     /// How fast.
     pub speeds: Speeds,
-    /// Below this height, in metres above the origin, the vehicle climbs before it flies anywhere.
+    /// Below this height above the ground, in metres, the vehicle climbs before it flies anywhere.
     pub least_height_m: f64,
+    /// The height above a place at which a flight comes to it from afar to land, in metres.
+    pub return_height_m: f64,
     /// The greatest height of a way, in metres above the origin.
     pub highest_m: f64,
     /// Distance beyond a border at which an area counts as left, in metres.
@@ -57,7 +59,7 @@ pub const MOST_LEGS: u32 = 20_000;
 const EXPECTED_WAIT_S: f64 = 2.0;
 
 impl FlightLimits {
-    /// Whether a way may be at this height, in metres above the origin.
+    /// Whether a way over level ground may be at this height, in metres above the origin.
     pub fn permits(&self, height_m: f64) -> bool {
         self.least_height_m <= height_m && height_m <= self.highest_m
     }
@@ -73,15 +75,17 @@ pub fn way_out(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<
     let motion = Motion { begins: Duration::ZERO, speeds: limits.speeds, airborne: true, accepts: Harm::NONE };
     let is_free = |way: &Vec<Ned>| {
         let starts = std::iter::once(&from).chain(way.iter());
-        let legs_are_free = starts.zip(way).all(|(a, b)| airspace.first_breach(*a, *b, motion).is_none());
+        let is_high_enough = |leg| airspace.ground.hills(leg, None, limits).next().is_none();
+        let legs_are_free =
+            starts.zip(way).all(|(a, b)| is_high_enough((*a, *b)) && airspace.first_breach(*a, *b, motion).is_none());
         way.last().is_some_and(|end| airspace.trespassed(*end).next().is_none()) && legs_are_free
     };
     let quickest = |ways: Vec<Vec<Ned>>| {
         let free = ways.into_iter().filter(is_free);
         free.min_by(|a, b| limits.speeds.time_along_s(from, a).total_cmp(&limits.speeds.time_along_s(from, b)))
     };
-    let level =
-        from.at_height(from.height_m().clamp(limits.least_height_m, limits.highest_m.max(limits.least_height_m)));
+    let clear_m = airspace.ground.clear_m(from, limits);
+    let level = from.at_height(from.height_m().clamp(clear_m, limits.highest_m.max(clear_m)));
     [limits.clearance_m, limits.clearance_m / 2.0].into_iter().find_map(|clearance_m| {
         let sideways = directions(level, &trespassed).into_iter().filter_map(|direction| {
             let exit = exit_along(level, direction, clearance_m, airspace)?;
@@ -123,8 +127,8 @@ pub fn leaving(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Leaving
 /// flown through is not landed in. What only bars landings counts where coming down there harms more than `accepts`. Empty if that is here; `None`
 /// if there is no such place.
 pub fn way_to_ground(from: Ned, accepts: Harm, airspace: &Airspace, limits: &FlightLimits) -> Option<Vec<Ned>> {
-    let descent =
-        Duration::try_from_secs_f64(from.height_m().max(0.0) / limits.speeds.descent_m_s).unwrap_or(Duration::MAX);
+    let ground = from.at_height(airspace.ground.height_m(from).min(from.height_m()));
+    let descent = limits.speeds.time(from, ground);
     let top_m = from.height_m() + airspace.vertical_margin_m;
     let reaches_down = |area: &Area| area.floor_m.is_none_or(|floor_m| floor_m <= top_m);
     let down_to_the_ground = |area: &Area| match reaches_down(area) {
@@ -223,15 +227,15 @@ pub struct Surroundings<'a> {
 
 impl Surroundings<'_> {
     /// The points to fly to from `from`, in the air, the last one over `to`, where the vehicle may come straight down; of no more
-    /// than `most_legs` looked at. First out of areas in which the vehicle may not be, by the quickest way; then at `preferred_m`
-    /// above the origin, round, over or under barred areas.
-    pub fn way_within(&self, from: Ned, to: Ned, preferred_m: f64, most_legs: u32) -> Found<Vec<Ned>> {
-        let Found { way, legs } = self.find(from, to, preferred_m, most_legs, |_| Entry::Closed);
+    /// than `most_legs` looked at. First out of areas in which the vehicle may not be, by the quickest way; then at the height at which
+    /// `to` is approached, round, over or under barred areas, and round or over ground that is too high.
+    pub fn way_within(&self, from: Ned, to: Ned, most_legs: u32) -> Found<Vec<Ned>> {
+        let Found { way, legs } = self.find(from, to, most_legs, |_| Entry::Closed);
         Found { way: way.map(|(points, _)| points), legs }
     }
 
     /// The same with permissions that are yet to be got.
-    pub fn way_if_granted(&self, from: Ned, to: Ned, preferred_m: f64, most_legs: u32) -> Found<WayToAsk> {
+    pub fn way_if_granted(&self, from: Ned, to: Ned, most_legs: u32) -> Found<WayToAsk> {
         let entry = |area: &Area| match area.kind {
             AreaKind::Permission => Entry::Ask { wait_s: EXPECTED_WAIT_S },
             AreaKind::KeepOut => Entry::Closed,
@@ -242,7 +246,7 @@ impl Surroundings<'_> {
         let mut grants = self.airspace.grants.clone();
         grants.extend(around.iter().map(|it| (it.clone(), Duration::MAX)));
         let if_granted = Surroundings { airspace: Airspace { grants: &grants, ..self.airspace }, ..*self };
-        let Found { way, legs } = if_granted.find(from, to, preferred_m, most_legs, entry);
+        let Found { way, legs } = if_granted.find(from, to, most_legs, entry);
         let way = way.map(|(points, needs)| WayToAsk { points, needs: &needs | &around });
         Found { way, legs }
     }
@@ -251,7 +255,6 @@ impl Surroundings<'_> {
         &self,
         from: Ned,
         to: Ned,
-        preferred_m: f64,
         most_legs: u32,
         entry: impl Fn(&Area) -> Entry,
     ) -> Found<(Vec<Ned>, BTreeSet<String>)> {
@@ -260,7 +263,8 @@ impl Surroundings<'_> {
         let asked: Asked = (0..rule.areas.len()).filter(|it| rule.areas[*it].takes(ends_at.harm())).collect();
         let legs_left = Cell::new(most_legs);
         let among = Among { rule, map, entries: &entries, asked: &asked, limits, legs_left: &legs_left };
-        let trip = Trip { from, to, begins: Duration::ZERO, lands_from_m: Some(preferred_m) };
+        let approach_m = rule.ground.approach_m(from, to, limits);
+        let trip = Trip { from, to, begins: Duration::ZERO, lands_from_m: Some(approach_m) };
         let way = find(trip, among).ok().map(|TimedWay { mut points, entered, .. }| {
             points.remove(0);
             // The landing.
@@ -316,6 +320,7 @@ pub(crate) mod tests {
     pub(crate) const LIMITS: FlightLimits = FlightLimits {
         speeds: Speeds::calm(10.0, 3.0, 1.5),
         least_height_m: 5.0,
+        return_height_m: 15.0,
         highest_m: 120.0,
         clearance_m: 20.0,
         margin_m: 10.0,
@@ -332,11 +337,11 @@ pub(crate) mod tests {
     }
 
     /// The way to `to`, in whole metres.
-    fn way(areas: &[Area], grants: &Grants, from: Ned, to: Ned, preferred_m: f64) -> Option<Vec<(f64, f64, f64)>> {
+    fn way(areas: &[Area], grants: &Grants, from: Ned, to: Ned) -> Option<Vec<(f64, f64, f64)>> {
         let map = AreaMap::new(areas);
         let around =
             Surroundings { airspace: airspace(areas, grants), map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
-        rounded(around.way_within(from, to, preferred_m, MOST_LEGS).way)
+        rounded(around.way_within(from, to, MOST_LEGS).way)
     }
 
     #[test]
@@ -402,7 +407,7 @@ pub(crate) mod tests {
         let round = |ceiling_m| Area { holes: vec![hole.clone()], ceiling_m, ..area("R", AreaKind::KeepOut, &outline) };
         let check = |ceiling_m, to: Ned, expected: Option<&[(f64, f64, f64)]>| {
             let (areas, grants) = ([round(ceiling_m)], Grants::new());
-            assert_eq!(way(&areas, &grants, at(150.0, -100.0, 15.0), to, 15.0).as_deref(), expected, "{to:?}");
+            assert_eq!(way(&areas, &grants, at(150.0, -100.0, 15.0), to).as_deref(), expected, "{to:?}");
         };
         let across = at(150.0, 100.0, 0.0);
         check(None, across, Some(&[(-110.0, -60.0, 15.0), (-110.0, 60.0, 15.0), (150.0, 100.0, 15.0)]));
@@ -437,19 +442,18 @@ pub(crate) mod tests {
     }
 
     #[track_caller]
-    fn check_way(areas: &[Area], from: Ned, preferred_m: f64, expected: Option<&[(f64, f64, f64)]>) {
+    fn check_way(areas: &[Area], from: Ned, expected: Option<&[(f64, f64, f64)]>) {
         let grants = Grants::new();
-        assert_eq!(way(areas, &grants, from, Ned::default(), preferred_m).as_deref(), expected, "from {from:?}");
+        assert_eq!(way(areas, &grants, from, Ned::default()).as_deref(), expected, "from {from:?}");
     }
 
     #[test]
     fn the_way_leads_round_over_or_under_what_may_not_be_entered() {
         let endless = || Area { ceiling_m: None, ..square(AreaKind::KeepOut) };
-        check_way(&[], at(0.0, 400.0, 10.0), 15.0, Some(&[(0.0, 400.0, 15.0), (0.0, 0.0, 15.0)]));
+        check_way(&[], at(0.0, 400.0, 10.0), Some(&[(0.0, 400.0, 15.0), (0.0, 0.0, 15.0)]));
         check_way(
             &[endless()],
             at(10.0, 400.0, 15.0),
-            15.0,
             Some(&[(100.0, 310.0, 15.0), (100.0, 90.0, 15.0), (0.0, 0.0, 15.0)]),
         );
         // Over a low one, when round it is far.
@@ -457,18 +461,13 @@ pub(crate) mod tests {
             ceiling_m: Some(20.0),
             ..area("W", AreaKind::KeepOut, &[(-900.0, 100.0), (900.0, 100.0), (900.0, 300.0), (-900.0, 300.0)])
         };
-        check_way(
-            &[low_wall],
-            at(0.0, 400.0, 15.0),
-            15.0,
-            Some(&[(0.0, 310.0, 23.0), (0.0, 90.0, 23.0), (0.0, 0.0, 15.0)]),
-        );
+        check_way(&[low_wall], at(0.0, 400.0, 15.0), Some(&[(0.0, 310.0, 23.0), (0.0, 90.0, 23.0), (0.0, 0.0, 15.0)]));
         // Under a ceiling that is lower than the preferred height.
         let roof = Area {
             floor_m: Some(12.0),
             ..area("R", AreaKind::KeepOut, &[(-5e3, -5e3), (5e3, -5e3), (5e3, 5e3), (-5e3, 5e3)])
         };
-        check_way(&[Area { ceiling_m: None, ..roof }], at(0.0, 400.0, 8.0), 15.0, Some(&[(0.0, 0.0, 8.0)]));
+        check_way(&[Area { ceiling_m: None, ..roof }], at(0.0, 400.0, 8.0), Some(&[(0.0, 0.0, 8.0)]));
     }
 
     #[test]
@@ -525,7 +524,7 @@ pub(crate) mod tests {
     #[test]
     fn a_way_does_not_begin_by_leaving_what_is_over_before() {
         let over = Area { until_utc_ms: Some(1_005_000), ceiling_m: None, ..square(AreaKind::KeepOut) };
-        check_way(std::slice::from_ref(&over), at(0.0, 200.0, 15.0), 15.0, None);
+        check_way(std::slice::from_ref(&over), at(0.0, 200.0, 15.0), None);
     }
 
     #[test]
@@ -534,7 +533,6 @@ pub(crate) mod tests {
         check_way(
             &[endless],
             at(0.0, 270.0, 15.0),
-            15.0,
             Some(&[(0.0, 320.0, 15.0), (100.0, 310.0, 15.0), (100.0, 90.0, 15.0), (0.0, 0.0, 15.0)]),
         );
     }
@@ -555,15 +553,15 @@ pub(crate) mod tests {
             ends_at: SiteKind::Landing,
         };
         let from = at(0.0, 20.0, 15.0);
-        assert_eq!(around.way_within(from, Ned::default(), 15.0, MOST_LEGS).way, None);
-        let found = around.way_if_granted(from, Ned::default(), 15.0, MOST_LEGS).way.expect("there is a way");
+        assert_eq!(around.way_within(from, Ned::default(), MOST_LEGS).way, None);
+        let found = around.way_if_granted(from, Ned::default(), MOST_LEGS).way.expect("there is a way");
         assert_eq!((rounded(Some(found.points)), found.needs), (Some(vec![(0.0, 0.0, 15.0)]), ["P".to_owned()].into()));
     }
 
     #[test]
     fn there_is_no_way_to_a_place_inside() {
         let home = area("H", AreaKind::KeepOut, &[(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)]);
-        check_way(&[Area { ceiling_m: Some(5.0), ..home }], at(0.0, 400.0, 15.0), 15.0, None);
+        check_way(&[Area { ceiling_m: Some(5.0), ..home }], at(0.0, 400.0, 15.0), None);
     }
 
     #[test]
@@ -578,7 +576,6 @@ pub(crate) mod tests {
         check_way(
             &[Area { ceiling_m: None, ..square }],
             at(94.0, 290.0, 15.0),
-            15.0,
             Some(&[(100.0, 290.0, 15.0), (100.0, 90.0, 15.0), (0.0, 0.0, 15.0)]),
         );
     }

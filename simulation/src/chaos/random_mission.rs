@@ -78,6 +78,8 @@ struct Draft<'a> {
     areas: String,
     ground: Ground,
     places: Vec<[i64; 3]>,
+    /// Where it flies, north and east, and how high.
+    flights: Vec<([i64; 2], [i64; 2], i64)>,
     /// All distances are multiplied by it.
     times: i64,
     decks: bool,
@@ -88,7 +90,8 @@ impl<'a> Draft<'a> {
         let (decks, far) = (dice.sometimes(share::DECKS), dice.sometimes(share::FAR));
         let (bare, times) = ("name = \"random\"\n".to_owned(), if far { 3 } else { 1 });
         let ground = Ground::default();
-        let mut draft = Draft { dice, bare, areas: String::new(), ground, places: Vec::new(), times, decks };
+        let mut draft =
+            Draft { dice, bare, areas: String::new(), ground, places: Vec::new(), flights: Vec::new(), times, decks };
         draft.objectives();
         (0..draft.dice.below(4)).for_each(|number| draft.site(number));
         if draft.dice.sometimes(share::BAD_GROUND) && !decks {
@@ -135,8 +138,10 @@ impl<'a> Draft<'a> {
             let (to_north, to_east) = (north + self.dice.between(40, 120), east + self.dice.between(40, 120));
             let corners =
                 format!("[[{north}, {east}], [{to_north}, {east}], [{to_north}, {to_east}], [{north}, {to_east}]]");
+            self.flights.push(([north, to_north], [east, to_east], height));
             let _ = writeln!(self.bare, "survey = {{ corners_m = {corners}, spacing_m = 30 }}");
         } else {
+            self.flights.push(([north; 2], [east; 2], height));
             let _ = writeln!(self.bare, "north_m = {north}\neast_m = {east}");
         }
         if self.dice.sometimes(share::DROP) {
@@ -213,10 +218,16 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// No place lies on the ground of another one, at another height.
+    /// No place lies on the ground of another one, at another height, and nothing is flown to inside the ground.
     fn agrees_with_itself(&self) -> bool {
         let near = |a: &[i64; 3], b: &[i64; 3]| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) < 2 * PLACE_M as i64;
-        self.places.iter().all(|a| self.places.iter().all(|b| a[2] == b[2] || !near(a, b)))
+        let within = |[from, to]: [i64; 2], it: i64| (from - PLACE_M as i64..=to + PLACE_M as i64).contains(&it);
+        let is_inside = |place: &[i64; 3]| {
+            let flights = self.flights.iter().filter(|(.., height)| *height <= place[2]);
+            flights.into_iter().any(|(north, east, _)| within(*north, place[0]) && within(*east, place[1]))
+        };
+        let agree = |a: &[i64; 3]| self.places.iter().all(|b| a[2] == b[2] || !near(a, b));
+        self.places.iter().all(|it| agree(it) && !is_inside(it))
     }
 
     fn rectangle(&mut self, name: &str, kind: &str, north: [i64; 2], east: [i64; 2]) {

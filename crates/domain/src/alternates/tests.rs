@@ -14,6 +14,7 @@ use crate::way::FlightLimits;
 const LIMITS: FlightLimits = FlightLimits {
     speeds: Speeds::calm(10.0, 3.0, 1.5),
     least_height_m: 5.0,
+    return_height_m: 30.0,
     highest_m: 120.0,
     clearance_m: 20.0,
     margin_m: 10.0,
@@ -166,7 +167,7 @@ fn check_way(areas: &[Area], held: &[&str], to: Ned, expected: Option<(f64, &[&s
     let around =
         Surroundings { airspace: airspace(areas, &grants), map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
     let from = Ned::new(0.0, 0.0, -30.0);
-    let view = Viewpoint { from, height_m: 30.0, around, energy: &energy, wind: Wind::CALM };
+    let view = Viewpoint { from, around, energy: &energy, wind: Wind::CALM };
     let found = view.look_at(&Candidate { position: to, ..Candidate::home() }, 20_000);
     let told =
         found.way.as_ref().map(|it| (it.length_m.round(), it.needs.iter().map(String::as_str).collect::<Vec<_>>()));
@@ -202,7 +203,7 @@ fn a_search_without_effort_finds_nothing_and_says_what_it_has_looked_at() {
     let map = AreaMap::new(&areas);
     let around =
         Surroundings { airspace: airspace(&areas, &grants), map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
-    let view = Viewpoint { from, height_m: 30.0, around, energy: &energy, wind: Wind::CALM };
+    let view = Viewpoint { from, around, energy: &energy, wind: Wind::CALM };
     let to = Candidate { position: Ned::new(0.0, 400.0, 0.0), ..Candidate::home() };
     assert_eq!(view.look_at(&to, 0).way, None);
     let found = view.look_at(&to, 20_000);

@@ -1,5 +1,7 @@
 //! `[[site]]`: where a flight may end early.
 
+use std::ops::Range;
+
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -33,6 +35,11 @@ impl SiteEntry {
             longitude_deg: self.longitude_deg.as_ref(),
         }
     }
+
+    /// Where it says its height, or what stands for that.
+    pub(super) fn height_span(&self) -> Range<usize> {
+        self.height_m.as_ref().map_or_else(|| self.written().span(), Spanned::span)
+    }
 }
 
 impl Checker<'_> {
@@ -47,7 +54,7 @@ impl Checker<'_> {
         let span = it.height_m.as_ref().map(Spanned::span);
         if height_m < sites::LOWEST_GROUND_M {
             let message = format!("site `{name}` is inside the ground: it lies at height {height_m} m");
-            self.say(span, message, "a site lies at most 5 m below the take-off point");
+            self.say(span, message, "a site lies at most 110 m below the take-off point");
         } else if let Some(most_m) = sites::too_high(height_m, false) {
             let message = format!(
                 "site `{name}` is at height {height_m} m, expected at most {most_m} m: responses fly no higher"
@@ -131,7 +138,7 @@ corners_m = [[60.0, 300.0], [160.0, 300.0], [160.0, 400.0], [60.0, 400.0]]
         check("kind = \"ditch\"\n", "", "m.toml:18:1: missing field `kind`");
         check("\"ditch\"", "\"water\"", "m.toml:20:8: unknown variant `water`, expected `landing` or `ditch`");
         check("height_m = 3.0\n", "flying = false\n", "m.toml:17:1: unknown field `flying`, expected one of");
-        check("height_m = 3.0", "height_m = -5.1", "m.toml:17:12: site `field` is inside the ground");
+        check("height_m = 3.0", "height_m = -110.1", "m.toml:17:12: site `field` is inside the ground");
         check(
             "height_m = 3.0",
             "height_m = 115.0",

@@ -18,10 +18,27 @@ const CLIMB_M: f64 = 10.0;
 /// fly at. (The mission manager's and the planner's `highest_m`.)
 const HIGHEST_FLIGHT_M: f64 = 120.0;
 
-/// The lowest ground that a mission lands on, above the take-off point, in metres. Over lower ground a vehicle that comes down on it would fly lower than
-/// plans and responses do, and be taken for one that stands elsewhere. (The planner's `ground_tolerance_m`; and its
-/// `takeoff_height_m`, from which a landing begins, less its `least_height_m`.)
-pub(super) const LOWEST_GROUND_M: f64 = -5.0;
+/// The lowest ground that a mission lands on, above the take-off point, in metres: as far below it as the highest ground is above it.
+pub(super) const LOWEST_GROUND_M: f64 = CLIMB_M - HIGHEST_FLIGHT_M;
+
+/// Two places on the ground whose heights differ by more are not one, in metres. (The planner's `ground_tolerance_m`.)
+const LEVEL_M: f64 = 5.0;
+
+/// Why there is no ground for `place`, or no air, if one of `others` nearby says how high the ground is; the end of a sentence that begins with
+/// the place.
+pub(super) fn against_ground(place: Place, others: &[(String, Ned)]) -> Option<String> {
+    let height_m = place.position.height_m();
+    others.iter().find_map(|(name, other)| {
+        let (away_m, ground_m) = (other.horizontal_distance_m(place.position), other.height_m() + 0.0);
+        let is_wrong = if place.flying { height_m <= ground_m } else { LEVEL_M < (height_m - ground_m).abs() };
+        let verb = if place.flying { "flies" } else { "lies" };
+        (away_m <= MARGIN_M && is_wrong).then(|| {
+            format!(
+                "{verb} at height {height_m} m, and the ground {away_m:.0} m from there, at {name}, at {ground_m} m"
+            )
+        })
+    })
+}
 
 /// The greatest height of such an objective, if it is higher: one on the ground is left by a climb.
 pub(super) fn too_high(height_m: f64, flying: bool) -> Option<f64> {

@@ -40,7 +40,7 @@ fn every_mistake_is_reported_with_its_place() {
     check("flying = false", "flying = 0", "m.toml:8:10: invalid type: integer `0`, expected a boolean");
     check("500.0", "5e9", "m.toml:6:10: `east_m` is 5000000000, expected metres between");
     check("500.0", "nan", "m.toml:6:10: `east_m` is NaN, expected metres between");
-    check("height_m = 0.0", "height_m = -5.1", "m.toml:7:12: objective `deliver` is inside the ground");
+    check("height_m = 0.0", "height_m = -110.1", "m.toml:7:12: objective `deliver` is inside the ground");
     check("flying = false", "flying = true", "m.toml:7:12: objective `deliver` is inside the ground");
     check(
         "height_m = 0.0\nflying = false",
@@ -51,6 +51,22 @@ fn every_mistake_is_reported_with_its_place() {
         "height_m = 0.0",
         "height_m = 115.0",
         "m.toml:7:12: objective `deliver` is at height 115 m, expected at most 110 m",
+    );
+    check(
+        "east_m = 500.0\nheight_m = 0.0",
+        "east_m = 9.0\nheight_m = 6.0",
+        "m.toml:7:12: objective `deliver` lies at height 6 m, and the ground 9 m from there, at the take-off point, at 0 m",
+    );
+    let site = "[[site]]\nname = \"roof\"\nkind = \"landing\"\nnorth_m = 3.0\neast_m = 500.0\nheight_m = 40.0\n";
+    check(
+        "height_m = 0.0\nflying = false\n",
+        &format!("height_m = 30.0\nflying = true\n{site}"),
+        "m.toml:7:12: objective `deliver` flies at height 30 m, and the ground 3 m from there, at site `roof`, at 40 m",
+    );
+    check(
+        "flying = false\n",
+        &format!("flying = false\n{site}"),
+        "m.toml:7:12: objective `deliver` lies at height 0 m, and the ground 3 m from there, at site `roof`, at 40 m",
     );
     check("[90.0, 110.0], [90.0, 290.0]", "[90.0, 290.0], [90.0, 110.0]", "m.toml:12:13: area `A` crosses itself");
     check("2026-05-01T08:00:00Z", "tomorrow", "m.toml:13:12: found `tomorrow`, expected a UTC date");

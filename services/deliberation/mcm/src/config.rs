@@ -46,8 +46,7 @@ pub struct Config {
     pub transition_speed_m_s: Positive,
     /// Distance a transition action keeps to a border it may not cross, in metres.
     pub transition_stand_off_m: Positive,
-    /// Height at which the vehicle returns home in a contingency, in metres above the origin,
-    /// unless it is already higher.
+    /// Height above a place at which a response comes to it from afar, in metres, unless it is already higher.
     pub return_height_m: Positive,
     /// Speed of a return, and of leaving an area, in metres per second.
     pub return_speed_m_s: Positive,
@@ -66,7 +65,7 @@ pub struct Config {
     pub airspeed_m_s: Positive,
     /// How it brakes over ground at least, in m/s2: where it would come to rest is looked at ahead. (PX4: MPC_ACC_HOR 3 m/s2.)
     pub braking_m_s2: Positive,
-    /// Least height of a flight without a plan, in metres above the nearest landing site; the vehicle climbs to it
+    /// Least height of a flight above the ground, in metres; the vehicle climbs to it
     /// first. (ENG: clear of people.)
     pub least_height_m: Positive,
     /// Greatest height of a flight without a plan, in metres. (ENG: EASA's open category ends at 120 m.)
@@ -152,7 +151,6 @@ pub(crate) struct Limits {
     pub(crate) retry_pause: Duration,
     pub(crate) arrival_radius_m: f64,
     pub(crate) transition: TransitionLimits,
-    pub(crate) return_height_m: f64,
     pub(crate) slow_speed_m_s: f64,
     pub(crate) climb_by_m: f64,
     pub(crate) airspeed_m_s: f64,
@@ -194,7 +192,6 @@ impl Config {
                 speed_m_s: self.transition_speed_m_s.get(),
                 stand_off_m: self.transition_stand_off_m.get(),
             },
-            return_height_m: self.return_height_m.get(),
             slow_speed_m_s: self.slow_speed_m_s.get(),
             climb_by_m: self.climb_by_m.get(),
             airspeed_m_s: self.airspeed_m_s.get(),
@@ -202,6 +199,7 @@ impl Config {
             flight: FlightLimits {
                 speeds: self.speeds(energy.usual_wind()),
                 least_height_m: self.least_height_m.get(),
+                return_height_m: self.return_height_m.get(),
                 highest_m: self.highest_m.get(),
                 clearance_m: self.clearance_m.get(),
                 margin_m: self.margin_m.get(),

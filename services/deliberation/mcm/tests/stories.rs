@@ -263,7 +263,7 @@ fn a_landing_that_did_not_come_down_goes_elsewhere() {
     }
     // The deck is nearer than home; it is approached from above.
     let story = rig.story();
-    assert!(story.ends_with("start fly 0 50 35"), "{story}");
+    assert!(story.ends_with("start fly 0 50 45"), "{story}");
 }
 
 #[test]

@@ -8,6 +8,7 @@ use domain::airspace::{self, Clock, Grants, Motion, Stay, latest, soonest, stays
 use domain::area::{Area, AreaKind};
 use domain::area_map::AreaMap;
 use domain::geometry::Ned;
+use domain::known_ground::KnownGround;
 use domain::plan::PermissionNeed;
 use domain::state::State;
 use domain::time::{Now, Pace};
@@ -47,6 +48,15 @@ pub(crate) enum Access {
 /// Areas that a request has found to be of no use, with the reason for the mission report.
 pub(crate) type Closures = BTreeMap<String, String>;
 
+/// What ways lead round and over, whatever the time.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Around {
+    /// Of the areas.
+    pub map: AreaMap,
+    /// As the mission and the vehicle's place say it.
+    pub ground: KnownGround,
+}
+
 /// Every area of the mission.
 #[derive(Debug, Clone)]
 pub(crate) struct Airspace<'a> {
@@ -67,9 +77,9 @@ pub(crate) fn grants(state: &State, known: &Grants) -> Grants {
 }
 
 impl<'a> Airspace<'a> {
-    /// The areas, of which `map` is one, as they stand `now` for a vehicle that holds `grants`.
+    /// The areas, with what is known around them, as they stand `now` for a vehicle that holds `grants`.
     pub(crate) fn new(
-        (areas, map): (&'a [Area], &'a AreaMap),
+        (areas, around): (&'a [Area], &'a Around),
         grants: &'a Grants,
         permissions: &Permissions,
         closures: &Closures,
@@ -82,12 +92,13 @@ impl<'a> Airspace<'a> {
             clock: Clock { utc_ms: now.utc_ms, pace },
             lead: config.grant_lead_s.seconds(),
             vertical_margin_m: config.vertical_margin_m.get(),
+            ground: &around.ground,
         };
         let zone = |area: &'a Area| {
             let closure = closures.get(&area.name).map(|reason| Access::Closed { reason: reason.clone() });
             Zone { area, access: closure.unwrap_or_else(|| access(area, permissions, now, config)) }
         };
-        Airspace { rule, zones: areas.iter().map(zone).collect(), map, legs_left: Cell::new(u32::MAX) }
+        Airspace { rule, zones: areas.iter().map(zone).collect(), map: &around.map, legs_left: Cell::new(u32::MAX) }
     }
 
     /// Whether a vehicle in the air at `point` must leave an area now.

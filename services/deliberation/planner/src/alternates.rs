@@ -8,6 +8,7 @@ use domain::alternates::{Alternate, Candidate, Charge, Viewpoint, candidates, ra
 use domain::area_map::AreaMap;
 use domain::energy::Wind;
 use domain::geometry::Ned;
+use domain::known_ground::KnownGround;
 use domain::mission::Mission;
 use domain::quantity::Fraction;
 use domain::site::SiteKind;
@@ -31,7 +32,9 @@ pub(crate) fn with_alternates(
 ) -> MissionForecast {
     let places = candidates(None, &mission.sites, &mission.objectives);
     let map = AreaMap::new(&mission.areas);
-    let mut search = Search { planner, mission, map, places, wind, legs_left: MOST_LEGS };
+    let ground =
+        KnownGround::of(&mission.sites, mission.objectives.iter().filter(|it| !it.flying).map(|it| it.position));
+    let mut search = Search { planner, mission, map, ground, places, wind, legs_left: MOST_LEGS };
     for objective in &mut forecast.objectives {
         let mut at_s = objective.begins_s;
         for leg in &mut objective.legs {
@@ -47,6 +50,7 @@ struct Search<'a> {
     planner: &'a MissionPlanner,
     mission: &'a Mission,
     map: AreaMap,
+    ground: KnownGround,
     places: Vec<Candidate>,
     wind: Wind,
     legs_left: u32,
@@ -72,10 +76,10 @@ impl Search<'_> {
             clock: Clock { utc_ms: at.utc_ms, pace: self.planner.pace() },
             lead: config.grant_lead_s.seconds(),
             vertical_margin_m: config.vertical_margin_m.get(),
+            ground: &self.ground,
         };
         let view = Viewpoint {
             from: here,
-            height_m: here.height_m().max(limits.least_height_m),
             around: Surroundings { airspace, map: &self.map, limits: &limits, ends_at: SiteKind::Landing },
             energy: judge.model,
             wind: self.wind,

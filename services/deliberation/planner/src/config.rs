@@ -55,9 +55,11 @@ pub struct Config {
     pub climb_m_s: Positive,
     /// How fast it descends, in m/s. (PX4: MPC_Z_VEL_MAX_DN.)
     pub descent_m_s: Positive,
-    /// Lower than this above the take-off point the vehicle climbs before it leaves an area that it must not be in, and
-    /// flies under no area, in metres. (ENG: as the mission manager's.)
+    /// Lower than this above the ground the vehicle climbs before it flies anywhere, and it flies under no area, in metres. (ENG: as the
+    /// mission manager's.)
     pub least_height_m: Positive,
+    /// The height above a place at which a response comes to it from afar, in metres. (ENG: as the mission manager's.)
+    pub return_height_m: Positive,
     /// Over an area it flies, or leaves it, no higher than this, in metres above the take-off point. (ENG: as the
     /// mission manager's.)
     pub highest_m: Positive,
@@ -193,6 +195,7 @@ impl Config {
         FlightLimits {
             speeds: self.speeds(),
             least_height_m: self.least_height_m.get(),
+            return_height_m: self.return_height_m.get(),
             highest_m: self.highest_m.get(),
             clearance_m: self.stand_off_m.get(),
             margin_m: self.margin_m(),
@@ -243,6 +246,7 @@ impl Config {
             climb_m_s = 3.0
             descent_m_s = 1.5
             least_height_m = 5.0
+            return_height_m = 15.0
             highest_m = 120.0
             vertical_margin_m = 2.0
             wind_m_s = 8.0

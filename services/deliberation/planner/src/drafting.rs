@@ -6,7 +6,9 @@ use std::time::Duration;
 use domain::airspace::Motion;
 use domain::fmu::FlightMode;
 use domain::geometry::Ned;
+use domain::known_ground::climb_m;
 use domain::plan::{Parameters, PermissionNeed};
+use domain::quantity::Positive;
 use domain::skill::Goal;
 use domain::state::{State, Tolerance};
 use domain::way::Asked;
@@ -14,7 +16,7 @@ use domain::way::Asked;
 use crate::actions::{Action, Waits, position::Position, release, stop::Stop};
 use crate::airspace::{Access, Airspace};
 use crate::back_chaining::{self, Link, NoChain};
-use crate::communication::{SAME_PLACE_M, Section, sections};
+use crate::communication::{Section, sections};
 use crate::config::Config;
 use crate::plan::{ActionStep, CommunicationStep, Step};
 use crate::routing::{self, NoWay};
@@ -83,8 +85,8 @@ struct Draft<'a> {
 impl Draft<'_> {
     /// From `start`, where the steps before end, to `goal`.
     fn fly_to(&mut self, start: &State, goal: &State, tolerance: Tolerance) -> Result<(), Unreachable> {
-        let (airspace, config) = (self.airspace, self.config);
-        let mut links = back_chaining::chain(start, goal, tolerance, config)?;
+        let airspace = self.airspace;
+        let links = back_chaining::chain(start, goal, tolerance, &self.under_floors(start, goal))?;
         let flies_at_once = links.last().is_some_and(|it| it.action.waits() == Waits::BeforeEachBorder);
         // Only where the vehicle is now: where it is planned to be it may be.
         let is_here = self.steps.is_empty();
@@ -94,16 +96,6 @@ impl Draft<'_> {
             let there = State::new(start.position, true);
             self.fly_waiting_before_each_border(&Link { action: &Position, from: start.clone(), to: there })?;
         }
-        let low = State::new(start.position.at_height(config.least_height_m.get()), true);
-        let is_low = is_here && start.flying && start.position.height_m() < config.least_height_m.get() - SAME_PLACE_M;
-        if let Some(first) = links.last_mut().filter(|_| is_low && flies_at_once && !is_trespassing)
-            && low.position.height_m() <= first.to.position.height_m()
-            && SAME_PLACE_M < low.position.distance_m(first.to.position)
-        {
-            // What keeps it from landing here may stand beside it as well.
-            self.fly_waiting_before_each_border(&Link { action: &Position, from: start.clone(), to: low.clone() })?;
-            first.from = low;
-        }
         for link in links.iter().rev() {
             match link.action.waits() {
                 Waits::BeforeEachBorder => self.fly_waiting_before_each_border(link)?,
@@ -111,6 +103,15 @@ impl Draft<'_> {
             }
         }
         Ok(())
+    }
+
+    /// The configuration with the height over the ground at which `start` is left and `goal` is landed at, if they are there: as low as
+    /// the areas over them ask.
+    fn under_floors(&self, start: &State, goal: &State) -> Config {
+        let (rule, limits, usual) = (&self.airspace.rule, self.config.flight_limits(), self.config.takeoff_height_m);
+        let on_ground = [start, goal].into_iter().filter(|it| !it.flying);
+        let over_m = on_ground.map(|it| climb_m(it.position, usual.get(), rule, &limits)).fold(usual.get(), f64::min);
+        Config { takeoff_height_m: Positive::try_from(over_m).unwrap_or(usual), ..self.config.clone() }
     }
 
     fn fly_waiting_before_each_border(&mut self, link: &Link) -> Result<(), NoWay> {

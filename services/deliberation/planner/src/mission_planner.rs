@@ -17,15 +17,15 @@ use std::time::Duration;
 use domain::energy::EnergyModel;
 use domain::fmu::Gripper;
 use domain::geodesy::Origin;
+use domain::known_ground::KnownGround;
 use domain::mission::{Mission, Progress};
 use domain::plan::{self, Denial, DenialKind, Failure, MissionStatus, StepId};
 use domain::state::{State, Tolerance};
 use domain::time::{Now, Pace, Time};
 
 use domain::airspace::Grants;
-use domain::area_map::AreaMap;
 
-use crate::airspace::{self, Airspace, Closures};
+use crate::airspace::{self, Airspace, Around, Closures};
 use crate::asking_ahead;
 use crate::coming_back;
 use crate::config::Config;
@@ -53,8 +53,8 @@ pub(crate) struct MissionPlanner {
     config: Config,
     pace: Pace,
     mission: Mission,
-    /// Of the mission's areas.
-    map: AreaMap,
+    /// With the mission's areas.
+    around: Around,
     objectives: Objectives,
     permissions: Permissions,
     /// What is left of the present plan, first to fly first.
@@ -134,7 +134,7 @@ impl MissionPlanner {
             pace,
             objectives: Objectives::new(&mission.objectives),
             mission,
-            map: AreaMap::default(),
+            around: Around::default(),
             permissions: Permissions::default(),
             rest: Vec::new(),
             revision: 0,
@@ -200,7 +200,11 @@ impl MissionPlanner {
             // The step that asked would only ask for the same again.
             failed = None;
         }
-        self.map.update(&self.mission.areas);
+        self.around.map.update(&self.mission.areas);
+        self.around.ground = KnownGround::of(&self.mission.sites, self.objectives.on_ground());
+        if !state.flying {
+            self.around.ground.measure(state.position);
+        }
         let grants = airspace::grants(&state, &known);
         let mut closures = Closures::new();
         loop {
@@ -227,8 +231,14 @@ impl MissionPlanner {
             } else {
                 objective.ahead()
             };
-            let areas = (self.mission.areas.as_slice(), &self.map);
-            let airspace = Airspace::new(areas, &grants, &self.permissions, &closures, (now, self.pace), &self.config);
+            let airspace = Airspace::new(
+                (&self.mission.areas, &self.around),
+                &grants,
+                &self.permissions,
+                &closures,
+                (now, self.pace),
+                &self.config,
+            );
             let mut steps = match steps_to(&state, &ahead, failed.take(), tolerance, &airspace, &self.config) {
                 Ok(steps) => steps,
                 Err(unreachable) => {

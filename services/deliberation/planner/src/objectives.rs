@@ -108,6 +108,11 @@ impl Objectives {
         &self.list
     }
 
+    /// Where those on the ground are.
+    pub(crate) fn on_ground(&self) -> impl Iterator<Item = Ned> {
+        self.list.iter().filter(|it| !it.goal.flying).map(|it| it.goal.position)
+    }
+
     /// The index of the one worked on; the number of objectives once all are terminal.
     pub(crate) fn current_index(&self) -> usize {
         self.list.iter().position(|it| it.progress == Progress::Waiting).unwrap_or(self.list.len())

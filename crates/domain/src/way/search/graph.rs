@@ -169,13 +169,14 @@ impl<'a> Graph<'a> {
         let before = self.nodes.extent();
         self.nodes.meet(met.iter().copied());
         self.nodes.cross(&met, here, there);
+        let is_high_enough = self.nodes.clear(here, there);
         if self.settled.len() < self.nodes.len() {
             self.note_nodes();
             for at in 0..self.expanded.len() {
                 self.look_around(self.expanded[at], before);
             }
         }
-        self.fly(index, to, &touched)
+        is_high_enough.then(|| self.fly(index, to, &touched)).flatten()
     }
 
     /// Whether a settled label of `node` is as good as one at this cost: no way on from there is cheaper, since what only it has

@@ -10,6 +10,7 @@ use crate::area::{Area, AreaKind};
 use crate::area_map::MARGINS;
 use crate::corners::GrownRing;
 use crate::geometry::Ned;
+use crate::known_ground::Hill;
 use crate::way::{Exempt, SAME_HEIGHT_M};
 
 /// The areas that may be in the way from a start to a goal.
@@ -119,6 +120,13 @@ impl<'a> Obstacles<'a> {
     /// How long the leg between two points takes.
     pub(super) fn time(&self, here: Ned, there: Ned) -> Duration {
         self.among.limits.speeds.time(here, there)
+    }
+
+    /// The ground over which the leg between two points is too low.
+    pub(super) fn hills(&self, here: Ned, there: Ned) -> impl Iterator<Item = Hill> {
+        let Trip { to, lands_from_m, .. } = self.trip;
+        let named = lands_from_m.is_none().then_some(to);
+        self.among.rule.ground.hills((here, there), named, self.among.limits)
     }
 
     /// What the leg between two points touches.

@@ -2,7 +2,7 @@
 //!
 //! Round an area, and in its holes, a way turns at its corners. Over or under it a way is level, and climbs and descends beside it: where the leg by
 //! which the area was met comes to it and leaves it. The heights to try are those of the two ends, and the ones just over and under
-//! the areas that were met. A way that ends with a landing goes straight up or down first, to one of these heights, and last, over its
+//! the areas and the ground that were met. Beside ground that is too high it climbs, descends and turns as well. A way that ends with a landing goes straight up or down first, to one of these heights, and last, over its
 //! goal.
 
 use std::collections::BTreeSet;
@@ -13,6 +13,7 @@ use crate::airspace::is_at_heights;
 use crate::area::Area;
 use crate::corners::{Corner, GrownRing};
 use crate::geometry::Ned;
+use crate::known_ground::{AROUND_M, Hill};
 use crate::way::{Exempt, beyond, footholds};
 
 /// The index of the start among the nodes.
@@ -32,6 +33,8 @@ pub(super) struct Nodes<'a> {
     met: BTreeSet<usize>,
     /// Areas whose heights have joined.
     crossed: BTreeSet<usize>,
+    /// Ground that was too high for a leg, and whose height has joined.
+    hills: Vec<Hill>,
     /// Where the way may climb and descend. There is a node at each of the heights.
     columns: Vec<(Ned, Place)>,
     /// [`START`], [`GOAL`], then the others.
@@ -81,7 +84,8 @@ impl<'a> Nodes<'a> {
         let Trip { from, to, lands_from_m, .. } = obstacles.trip;
         let (met, crossed) = (BTreeSet::new(), BTreeSet::new());
         let (nodes, open, rings) = (Vec::new(), Vec::new(), Vec::new());
-        let mut this = Nodes { obstacles, heights: Vec::new(), met, crossed, columns: Vec::new(), nodes, open, rings };
+        let (heights, hills, columns) = (Vec::new(), Vec::new(), Vec::new());
+        let mut this = Nodes { obstacles, heights, met, crossed, hills, columns, nodes, open, rings };
         for (at, place) in [(from, Place::Start), (to, Place::Goal)] {
             this.columns.push((at, place));
             this.add_open(at, place);
@@ -186,10 +190,7 @@ impl<'a> Nodes<'a> {
                 [from, to].into_iter().flat_map(|end| footholds(end, &[self.obstacles.area(zone)], margin_m))
             {
                 // At the heights of the corners, too: the vehicle may be a little lower or higher than it flies.
-                self.columns.push((foothold, Place::Beside));
-                for height_m in self.heights.clone() {
-                    self.add_open(foothold.at_height(height_m), Place::Beside);
-                }
+                self.add_column(foothold);
             }
         }
     }
@@ -217,11 +218,34 @@ impl<'a> Nodes<'a> {
             let mut beside = fractions.into_iter().filter(|it| 0.0 < *it && *it < 1.0);
             let (first, last) = (beside.next(), beside.next_back());
             for place in [first, last].into_iter().flatten().map(|it| a.towards(b, it)) {
-                self.columns.push((place, Place::Beside));
-                for height_m in self.heights.clone() {
-                    self.add_open(place.at_height(height_m), Place::Beside);
-                }
+                self.add_column(place);
             }
+        }
+    }
+
+    /// Whether the leg from `a` to `b` is clear of the ground. The heights over ground that it is too low for join, and points beside it,
+    /// unless they have already.
+    pub(super) fn clear(&mut self, a: Ned, b: Ned) -> bool {
+        let hills: Vec<Hill> = self.obstacles.hills(a, b).collect();
+        for hill in &hills {
+            if self.hills.contains(hill) {
+                continue;
+            }
+            self.hills.push(*hill);
+            if hill.clear_m <= self.obstacles.among.limits.highest_m {
+                self.add_height(hill.clear_m);
+            }
+            for place in hill.at.into_iter().flat_map(|at| beside(at, a, b)) {
+                self.add_column(place);
+            }
+        }
+        hills.is_empty()
+    }
+
+    fn add_column(&mut self, place: Ned) {
+        self.columns.push((place, Place::Beside));
+        for height_m in self.heights.clone() {
+            self.add_open(place.at_height(height_m), Place::Beside);
         }
     }
 
@@ -269,4 +293,27 @@ impl<'a> Nodes<'a> {
             self.nodes.extend(corners.iter().map(node));
         }
     }
+}
+
+/// Points from which a leg does not lead over the ground around `place`: before it and behind it on the way from `a` to `b`, and at the
+/// corners of a square around it.
+fn beside(place: Ned, a: Ned, b: Ned) -> Vec<Ned> {
+    /// A little farther away, so that rounding does not bar a leg along it.
+    const BESIDE_M: f64 = AROUND_M + 1.0;
+    let (north_m, east_m) = (b.north_m - a.north_m, b.east_m - a.east_m);
+    let length_m = north_m.hypot(east_m);
+    if length_m == 0.0 {
+        return Vec::new();
+    }
+    let (north, east) = (north_m / length_m, east_m / length_m);
+    let along_m = (place.north_m - a.north_m) * north + (place.east_m - a.east_m) * east;
+    let aside_m = (place.north_m - a.north_m) * east - (place.east_m - a.east_m) * north;
+    let point = |along_m: f64, aside_m: f64| {
+        Ned::new(a.north_m + along_m * north + aside_m * east, a.east_m + along_m * east - aside_m * north, a.down_m)
+    };
+    let half_m = (BESIDE_M * BESIDE_M - aside_m * aside_m).max(0.0).sqrt();
+    let on_way = [along_m - half_m, along_m + half_m].into_iter().filter(|it| 0.0 < *it && *it < length_m);
+    let corners = [(-BESIDE_M, -BESIDE_M), (-BESIDE_M, BESIDE_M), (BESIDE_M, -BESIDE_M), (BESIDE_M, BESIDE_M)];
+    let corners = corners.into_iter().map(|(along, aside)| point(along_m + along, aside_m + aside));
+    on_way.map(|along_m| point(along_m, 0.0)).chain(corners).collect()
 }

@@ -8,6 +8,7 @@ use super::*;
 use crate::airspace::{Clock, Grants, is_at_heights, stays};
 use crate::area::AreaKind;
 use crate::energy::Wind;
+use crate::known_ground::LEVEL;
 use crate::speeds::Speeds;
 use crate::time::Pace;
 use crate::way::{Exempt, keeps_clear};
@@ -20,6 +21,7 @@ mod landings;
 const LIMITS: FlightLimits = FlightLimits {
     speeds: Speeds { airspeed_m_s: 15.0, ..Speeds::calm(10.0, 3.0, 1.5) },
     least_height_m: 5.0,
+    return_height_m: 15.0,
     highest_m: 120.0,
     clearance_m: 20.0,
     margin_m: 10.0,
@@ -67,7 +69,14 @@ fn among_in_wind<T>(wind: Wind, part: usize, areas: &[Area], trip: Trip, search:
     let (grants, asked, map) = (Grants::new(), Asked::new(), AreaMap::new(areas));
     let limits = &FlightLimits { speeds: Speeds { wind, ..LIMITS.speeds }, ..LIMITS };
     let (entries, legs_left) = (&*entries(areas), &Cell::new(u32::MAX));
-    let rule = Airspace { areas, grants: &grants, clock: CLOCK, lead: Duration::from_secs(30), vertical_margin_m: 2.0 };
+    let rule = Airspace {
+        areas,
+        grants: &grants,
+        clock: CLOCK,
+        lead: Duration::from_secs(30),
+        vertical_margin_m: 2.0,
+        ground: &LEVEL,
+    };
     let among = Among { rule, map: &map, entries, asked: &asked, limits, legs_left };
     search(&Obstacles::new(trip, part, among))
 }

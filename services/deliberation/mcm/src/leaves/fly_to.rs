@@ -18,16 +18,16 @@ use crate::world::{Choice, Down, OF_ITS_OWN, ResponseWay, Stay, WayOut, WhatMayB
 /// The destination.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Destination {
-    /// Over the take-off point, at the height of returns or higher.
+    /// Over the take-off point.
     Home,
-    /// Over the operator's landing site, at the height that the operator saw; over free ground, if there is none.
+    /// Over the operator's landing site; over free ground, if there is none.
     LandingSite,
-    /// Over the best place to land at that is not here, at the height of returns or higher: one at which no landing has failed, as
+    /// Over the best place to land at that is not here: one at which no landing has failed, as
     /// near as can be. Over any other, if there is none.
     AlternateSite,
-    /// Over the best place that can be reached, home among them, at the same height.
+    /// Over the best place that can be reached, home among them.
     BestSite,
-    /// Over the best ditch that can be reached, at the same height, if no landing can be.
+    /// Over the best ditch that can be reached, if no landing can be.
     Ditch,
     /// Out of every area in which the vehicle must not be.
     OutOfArea,
@@ -73,8 +73,8 @@ struct Chosen {
 
 /// Why there is no way.
 enum NoWay {
-    /// To this place, at this height.
-    To(Ned, f64),
+    /// To this place.
+    To(Ned),
     /// Out of an area.
     Out(Stay),
     /// To any place that would do.
@@ -105,24 +105,23 @@ impl FlyTo {
     }
 
     /// The destination and the points on the way there, or why there is none. A destination that was chosen is kept.
-    fn choose(&self, from: Ned, world: &World) -> Result<Chosen, NoWay> {
-        let height_m = world.transit_height_m(from);
-        let way_to = |site, height_m| -> Result<Chosen, NoWay> {
+    fn choose(&self, world: &World) -> Result<Chosen, NoWay> {
+        let way_to = |site| -> Result<Chosen, NoWay> {
             if let Some(flag) = world.landing_forbidden_by(site) {
                 return Err(NoWay::Anywhere(format!("no landing there while `{flag}` is up").into()));
             }
-            let way = world.way_to(site, height_m).ok_or(NoWay::To(site, height_m))?;
+            let way = world.way_to(site).ok_or(NoWay::To(site))?;
             Ok(Chosen { site: Some(site), way, place: None })
         };
         let along = |way| Chosen { site: None, way, place: None };
         match self.destination(world) {
-            Destination::Home => way_to(Ned::default(), height_m),
+            Destination::Home => way_to(Ned::default()),
             Destination::LandingSite => {
                 let site = world.landing_site().ok_or(NoWay::Anywhere("there is no landing site".into()))?;
-                way_to(site, world.clear_height_m(from))
+                way_to(site)
             }
             Destination::AlternateSite => {
-                let chosen = self.first_with_way(world.places_elsewhere(), height_m, world);
+                let chosen = self.first_with_way(world.places_elsewhere(), world);
                 chosen.ok_or(NoWay::Anywhere("no other place to land at can be reached".into()))
             }
             Destination::BestSite => {
@@ -130,9 +129,9 @@ impl FlyTo {
                 // What has to be asked for comes before a ditch, and is asked for.
                 let free = places.iter().take_while(|it| !it.asks).cloned().collect();
                 let asks = places.into_iter().find(|it| it.asks).map(|it| it.position);
-                let chosen = self.first_with_way(free, height_m, world);
+                let chosen = self.first_with_way(free, world);
                 chosen.ok_or(match asks {
-                    Some(site) => NoWay::To(site, height_m),
+                    Some(site) => NoWay::To(site),
                     None => NoWay::Anywhere(world.why_no_place().into()),
                 })
             }
@@ -143,7 +142,7 @@ impl FlyTo {
                 {
                     return Err(NoWay::Anywhere(format!("a landing can be reached: {landing}").into()));
                 }
-                let chosen = self.first_with_way(world.places_to_ditch(), height_m, world);
+                let chosen = self.first_with_way(world.places_to_ditch(), world);
                 chosen.ok_or(NoWay::Anywhere("no ditch can be reached".into()))
             }
             Destination::OutOfArea => match world.way_out() {
@@ -178,7 +177,7 @@ impl FlyTo {
     }
 
     /// The first of `places` to which there is a way, the one that is flown to before all others.
-    fn first_with_way(&self, mut places: Vec<Choice>, height_m: f64, world: &World) -> Option<Chosen> {
+    fn first_with_way(&self, mut places: Vec<Choice>, world: &World) -> Option<Chosen> {
         if let Some(kept) = self.leg.as_ref().and_then(|leg| leg.site) {
             // A place beside a blocked one is in no list once the vehicle is on its way there.
             if self.destination == Destination::AlternateSite && places.iter().all(|it| it.position != kept) {
@@ -190,7 +189,7 @@ impl FlyTo {
         }
         let mut legs_left = MOST_LEGS;
         places.into_iter().find_map(|it| {
-            let Found { way, legs } = world.way_within((it.position, it.kind), height_m, legs_left);
+            let Found { way, legs } = world.way_within((it.position, it.kind), legs_left);
             legs_left = legs_left.saturating_sub(legs);
             Some(Chosen { site: Some(it.position), way: way?, place: Some(it.words) })
         })
@@ -223,20 +222,19 @@ impl FlyTo {
         if self.leg.as_ref().map_or_else(|| world.lands_where_it_is(), Leg::lands) {
             return Ok(self.land_at_once(vehicle.position, world, ports));
         }
-        let height_m = world.transit_height_m(vehicle.position);
         match self.destination(world) {
-            Destination::Home => world.enter_as_ordered(Ned::default(), height_m),
+            Destination::Home => world.enter_as_ordered(Ned::default()),
             Destination::LandingSite => {
                 if let Some(site) = world.landing_site() {
-                    world.enter_as_ordered(site, world.clear_height_m(vehicle.position));
+                    world.enter_as_ordered(site);
                 }
             }
             Destination::FreeGround => world.enter_rather_than_harm(),
             Destination::AlternateSite | Destination::BestSite | Destination::Ditch | Destination::OutOfArea => {}
         }
-        let Chosen { site, way, place } = match self.choose(vehicle.position, world) {
+        let Chosen { site, way, place } = match self.choose(world) {
             Ok(chosen) => chosen,
-            Err(NoWay::To(site, height_m)) if world.may_wait_for_way(site, height_m, NO_WAY) => {
+            Err(NoWay::To(site)) if world.may_wait_for_way(site, NO_WAY) => {
                 self.wait(vehicle.position, Some(site), world, ports);
                 return Ok(Status::Running);
             }
@@ -246,7 +244,7 @@ impl FlyTo {
             }
             Err(no_way) => {
                 match no_way {
-                    NoWay::To(site, _) => ports.explain(world.why_no_way(NO_WAY, site)),
+                    NoWay::To(site) => ports.explain(world.why_no_way(NO_WAY, site)),
                     NoWay::Out(Stay { why, .. }) => ports.explain(why),
                     NoWay::Anywhere(why) => ports.explain(why.into_owned()),
                 }

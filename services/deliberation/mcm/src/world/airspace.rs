@@ -13,6 +13,7 @@ use domain::skill::Goal;
 use domain::speeds::Speeds;
 use domain::time::Time;
 use domain::trust::Source;
+use domain::way::FlightLimits;
 
 use super::World;
 use super::places::SAME_SITE_M;
@@ -88,6 +89,7 @@ impl World {
             clock: Clock { utc_ms: self.now.utc_ms, pace: self.setup.limits.pace },
             lead,
             vertical_margin_m: self.setup.limits.vertical_margin_m,
+            ground: self.planner.ground(),
         }
     }
 
@@ -116,7 +118,9 @@ impl World {
                 (target, Speeds { cruise_m_s: self.slowed(speed_limit_m_s), ..speeds })
             }
             // Not the vehicle but the load comes down from here.
-            Goal::Release { .. } => (here.at_height(here.height_m().min(0.0)), Speeds::OF_A_LOAD),
+            Goal::Release { .. } => {
+                (here.at_height(here.height_m().min(self.planner.ground().height_m(here))), Speeds::OF_A_LOAD)
+            }
             Goal::Stop | Goal::Velocity { .. } => return None,
         };
         let motion =
@@ -133,7 +137,7 @@ impl World {
         self.breach_of_step(step)
     }
 
-    /// Why the height of the present step is none to fly at: above what the vehicle flies and the mission names, or below the ground.
+    /// Why the present step is too high or too low: above what the vehicle flies and the mission names, or below the ground there.
     pub(crate) fn bad_height_of_present_step(&self) -> Option<String> {
         /// An estimate of the height varies by as much. (ENG)
         const TOLERANCE_M: f64 = 1.0;
@@ -148,6 +152,14 @@ impl World {
             (here.height_m().min(0.0), here.height_m().max(self.setup.limits.flight.highest_m));
         for named_m in self.planner.named_heights_m() {
             (least_m, most_m) = (least_m.min(named_m), most_m.max(named_m));
+        }
+        if let Goal::Position { target, .. } = step.nominal.goal {
+            let level_m = here.height_m().max(target.height_m());
+            let level = (here.at_height(level_m), target.at_height(level_m));
+            let into_ground = FlightLimits { least_height_m: 0.0, ..self.flight_limits() };
+            if let Some(why) = self.planner.ground().why_too_low(level, &into_ground) {
+                return Some(why);
+            }
         }
         let is_sound = (least_m - TOLERANCE_M..=most_m + TOLERANCE_M).contains(&height_m);
         (!is_sound).then(|| format!("its height would be {height_m:.0} m, expected {least_m:.0} to {most_m:.0} m"))

@@ -252,13 +252,8 @@ impl World {
         limits: &'a FlightLimits,
         energy: &'a EnergyModel,
     ) -> Viewpoint<'a> {
-        Viewpoint {
-            from: here,
-            height_m: self.transit_height_m(here),
-            around: self.surroundings(grants, limits, SiteKind::Landing),
-            energy,
-            wind: self.wind(),
-        }
+        let around = self.surroundings(grants, limits, SiteKind::Landing);
+        Viewpoint { from: here, around, energy, wind: self.wind() }
     }
 
     fn candidates(&self) -> Vec<Candidate> {

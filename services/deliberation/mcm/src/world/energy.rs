@@ -91,17 +91,19 @@ impl World {
     pub(super) fn too_far_to_land(&self, site: Ned, overrides: bool) -> Option<Shortfall> {
         let vehicle = self.seen.vehicle?;
         let budget = self.energy().budget(vehicle.charge?);
-        let needs_wh = self.landing_flight_wh(vehicle.position, site, self.clear_height_m(vehicle.position));
-        let home_wh = self.landing_flight_wh(vehicle.position, Ned::default(), self.setup.limits.return_height_m);
+        let needs_wh = self.landing_flight_wh(vehicle.position, site);
+        let home_wh = self.landing_flight_wh(vehicle.position, Ned::default());
         let (beyond_all, beyond_reserve) = (budget.without_reserve().shortfall(needs_wh), budget.shortfall(needs_wh));
         beyond_all.or(beyond_reserve.filter(|_| !overrides && home_wh < needs_wh))
     }
 
     /// What it takes to fly to `site` and land there in the wind as it is, in Wh; straight, where there is no way yet.
-    pub(super) fn landing_flight_wh(&self, from: Ned, site: Ned, height_m: f64) -> f64 {
-        let mut way =
-            self.way_to(site, height_m).unwrap_or_else(|| vec![from.at_height(height_m), site.at_height(height_m)]);
+    pub(super) fn landing_flight_wh(&self, from: Ned, site: Ned) -> f64 {
+        let limits = self.limits_in_wind();
+        let approach_m = self.planner.ground().approach_m(from, site, &limits);
+        let straight = || vec![from.at_height(approach_m), site.at_height(approach_m)];
+        let mut way = self.way_to(site).unwrap_or_else(straight);
         way.push(site);
-        self.energy().landing_flight_wh(from, &way, &self.limits_in_wind().speeds, self.wind())
+        self.energy().landing_flight_wh(from, &way, &limits.speeds, self.wind())
     }
 }

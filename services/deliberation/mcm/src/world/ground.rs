@@ -38,6 +38,9 @@ impl World {
             self.landings.rests_at = Some(vehicle.position);
             self.touched_down();
         }
+        if let Some(vehicle) = self.seen.vehicle.filter(|it| !it.flying && !it.armed) {
+            self.planner.mission_mut().measure_ground(vehicle.position);
+        }
         let since = |before: Option<Time>, holds: bool| before.or(Some(self.now.time)).filter(|_| holds);
         let stands = |armed| self.seen.vehicle.is_some_and(|it| !it.flying && it.armed == armed);
         self.seen.armed_on_ground_since = since(self.seen.armed_on_ground_since, stands(true));

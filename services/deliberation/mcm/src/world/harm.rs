@@ -85,9 +85,9 @@ impl World {
     }
 
     /// An order with override to come down at `site` enters what the only way there leads through.
-    pub(crate) fn enter_as_ordered(&mut self, site: Ned, height_m: f64) {
-        if self.is_ordered_with_override() && self.way_to(site, height_m).is_none() {
-            let areas = self.needed_for_way(site, height_m);
+    pub(crate) fn enter_as_ordered(&mut self, site: Ned) {
+        if self.is_ordered_with_override() && self.way_to(site).is_none() {
+            let areas = self.needed_for_way(site);
             self.enter(areas, "ordered with override");
         }
     }

@@ -151,6 +151,11 @@ impl World {
         }
     }
 
+    /// Whether the straight way between these is high enough over the ground.
+    fn is_clear(&self, from: Ned, to: Ned) -> bool {
+        self.planner.ground().why_too_low((from, to), &self.setup.limits.flight).is_none()
+    }
+
     /// Whether there is no plan for longer than the planner takes to answer: it lets the mission wait, is asked later, or an operator is.
     pub(crate) fn rests_without_plan(&self) -> bool {
         self.decision_now().wait.is_some_and(|it| it.what != Awaited::Answer)
@@ -175,7 +180,7 @@ impl World {
         let speed_m_s = self.slowed(self.setup.limits.transition.speed_m_s.min(speed_limit_m_s));
         let target = match self.breach_on_way(here, target, speed_m_s) {
             Some(breach) => self.before(here, target, &breach),
-            None => Some(target).filter(|it| WORTH_FLYING_M <= here.distance_m(*it)),
+            None => Some(target).filter(|it| WORTH_FLYING_M <= here.distance_m(*it) && self.is_clear(here, *it)),
         };
         let Some(target) = target else { return Some(Goal::Stop) };
         Some(Goal::Position { target, speed_limit_m_s: speed_m_s, yaw_rad, hold_at_target: true })

@@ -201,9 +201,8 @@ impl World {
             Some(vehicle) => self.stay_down(vehicle.position, Ned::default(), order),
             // One that was not heard yet may be in the air; on the ground the order ends the mission there.
             None => {
-                let height_m = self.seen.vehicle.map_or(0.0, |it| self.transit_height_m(it.position));
                 let words = "flies home, lands and ends the mission".to_owned();
-                let words = words + &self.areas_in_words(Ned::default(), height_m, RETURN, order);
+                let words = words + &self.areas_in_words(Ned::default(), RETURN, order);
                 self.order(RETURN, order, &words)
             }
         }
@@ -211,10 +210,10 @@ impl World {
 
     /// What an order to come down at `site` does about areas whose permission is missing, as the end of a sentence; empty if there is a way, or
     /// none with permissions either.
-    fn areas_in_words(&self, site: Ned, height_m: f64, flag: &str, order: Order) -> String {
-        let needed = match self.way_to(site, height_m) {
+    fn areas_in_words(&self, site: Ned, flag: &str, order: Order) -> String {
+        let needed = match self.way_to(site) {
             Some(_) => BTreeSet::new(),
-            None => self.needed_for_way(site, height_m),
+            None => self.needed_for_way(site),
         };
         let areas = needed.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
         match (needed.is_empty(), order.overrides) {
@@ -232,6 +231,7 @@ impl World {
 
     fn land_at(&mut self, request: v1::LandAt, order: Order) -> Outcome {
         let site = landing_site(request).map_err(|invalid| invalid.to_string())?;
+        let site = site.at_height(self.planner.ground().height_m(site));
         if FARTHEST_M < site.horizontal_distance_m(Ned::default()) {
             return Err(format!("the site is farther than {FARTHEST_M} m from the origin"));
         }
@@ -248,9 +248,8 @@ impl World {
         if let Some(shortfall) = self.too_far_to_land(site, order.overrides) {
             return Err(format!("the place is too far: the way {shortfall}"));
         }
-        let height_m = self.clear_height_m(vehicle.position);
-        let areas = self.areas_in_words(site, height_m, LAND, order);
-        if areas.is_empty() && self.way_to(site, height_m).is_none() {
+        let areas = self.areas_in_words(site, LAND, order);
+        if areas.is_empty() && self.way_to(site).is_none() {
             return Err("there is no way to that place that keeps out of areas that may not be entered".into());
         }
         let is_another = self.people.operator.landing_site.replace(site) != Some(site);
@@ -258,8 +257,12 @@ impl World {
             // It is not the same order again if it names another place.
             self.lower(LAND);
         }
+        let at = match site.height_m() {
+            0.0 => String::new(),
+            height_m => format!(", where the ground is at {height_m:.0} m"),
+        };
         let words =
-            format!("flies to ({:.0}, {:.0}), lands there and ends the mission{areas}", site.north_m, site.east_m);
+            format!("flies to ({:.0}, {:.0}){at}, lands there and ends the mission{areas}", site.north_m, site.east_m);
         self.order(LAND, order, &words)
     }
 
@@ -372,7 +375,7 @@ impl World {
     }
 }
 
-/// The landing site in a request, on the ground.
+/// The landing site in a request.
 fn landing_site(request: v1::LandAt) -> Result<Ned, InvalidMessage> {
     let position = request.position.ok_or(InvalidMessage::Missing("position"))?;
     Ned::try_from(v1::Ned { down_m: 0.0, ..position })

@@ -13,8 +13,6 @@ pub(super) const SAME_SITE_M: f64 = 20.0;
 /// the same place.)
 const ASIDE_M: [f64; 3] = [30.0, 60.0, 90.0];
 const DIRECTIONS: u32 = 8;
-/// The height of a landing site nearer than this counts for the least height of a flight.
-const NEAR_SITE_M: f64 = 50.0;
 
 /// Places all round `here`, near ones first.
 fn aside(here: Ned) -> impl Iterator<Item = Ned> {
@@ -46,26 +44,8 @@ impl World {
             return Vec::new();
         }
         let is_fit = |it: &Ned| self.failed_landings_at(*it) == 0 && self.unfit_to_land(*it).is_none();
-        aside(here).filter(is_fit).collect()
-    }
-
-    /// The height at which a response flies home or to another place to land at: that of returns, or higher where the vehicle is higher.
-    pub(crate) fn transit_height_m(&self, here: Ned) -> f64 {
-        self.clear_height_m(here).max(self.setup.limits.return_height_m)
-    }
-
-    /// The height to fly at from `here`: the present one, or more where that is low over the origin or a landing site.
-    pub(crate) fn clear_height_m(&self, here: Ned) -> f64 {
-        let near = self.sites().filter(|it| it.horizontal_distance_m(here) < NEAR_SITE_M);
-        let ground_m = near.map(|it| it.height_m()).fold(0.0, f64::max);
-        here.height_m().max(ground_m + self.setup.limits.flight.least_height_m)
-    }
-
-    pub(super) fn sites(&self) -> impl Iterator<Item = Ned> {
-        let on_ground = self.planner.status().objectives.iter().filter(|it| !it.objective.flying);
-        let of_mission = self.mission_sites().iter().map(|it| it.position);
-        let of_mission = of_mission.chain(on_ground.map(|it| it.objective.position));
-        [Ned::default()].into_iter().chain(self.people.operator.landing_site).chain(of_mission)
+        let on_ground = aside(here).map(|it| it.at_height(self.planner.ground().height_m(it)));
+        on_ground.filter(is_fit).collect()
     }
 
     /// The sites of the mission.

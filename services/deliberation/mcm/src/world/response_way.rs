@@ -35,10 +35,11 @@ impl World {
             (None, _) => return None,
         };
         let flight_s = speeds.time_along_s(here, &points);
-        let last = points.last().copied().unwrap_or(here);
-        let down_s = if lands { last.height_m().max(0.0) / speeds.descent_m_s } else { 0.0 };
+        let over = points.last().copied().unwrap_or(here);
+        let place = over.at_height(self.planner.ground().height_m(over).min(over.height_m()));
+        let down_s = if lands { speeds.time_s(over, place) } else { 0.0 };
         if lands {
-            points.push(last.at_height(0.0));
+            points.push(place);
         }
         Some(v1::ResponseWay {
             points: points.into_iter().map(Into::into).collect(),

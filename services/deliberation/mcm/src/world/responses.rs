@@ -141,9 +141,9 @@ impl World {
 
     /// There is no way to `site` now, for the reason `why`. Asks for the permissions that there may be one with. Returns whether the
     /// response holds until then: that there is none is no failure of what was tried, before the latest moment.
-    pub(crate) fn may_wait_for_way(&mut self, site: Ned, height_m: f64, why: &str) -> bool {
-        self.ask_for_way(site, height_m);
-        self.may_wait(Duration::ZERO, self.slack_for(site, height_m), &self.why_no_way(why, site))
+    pub(crate) fn may_wait_for_way(&mut self, site: Ned, why: &str) -> bool {
+        self.ask_for_way(site);
+        self.may_wait(Duration::ZERO, self.slack_for(site), &self.why_no_way(why, site))
     }
 
     /// The vehicle does not fly out of the area in which it must not be. Returns whether it may hold there until the area is

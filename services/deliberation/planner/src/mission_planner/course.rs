@@ -7,6 +7,7 @@ use domain::plan::{MissionStatus, Step};
 use domain::time::Pace;
 
 use super::MissionPlanner;
+use crate::airspace::Around;
 use crate::config::Config;
 use crate::known_areas::Known;
 use crate::notes::Notes;
@@ -49,7 +50,7 @@ impl MissionPlanner {
         Ok(MissionPlanner {
             config: config.in_wind(wind),
             objectives: Objectives::with_past(past),
-            map,
+            around: Around { map, ..Around::default() },
             permissions: notes.permissions,
             rest: rest.into_iter().map(Into::into).collect(),
             revision: status.revision,
@@ -82,6 +83,6 @@ impl MissionPlanner {
 
     /// The mission's areas, with what is known of them for the next question. They have the name `id`.
     pub(crate) fn into_areas(self, id: String) -> Known {
-        Known { id, areas: self.mission.areas, feeds: self.mission.feeds, map: self.map }
+        Known { id, areas: self.mission.areas, feeds: self.mission.feeds, map: self.around.map }
     }
 }

@@ -109,8 +109,9 @@ impl MissionPlanner {
     fn drafted_after(&self, wait: Duration, plan: PlanNow, legs_left: &mut u32) -> Option<PlanLater> {
         let remaining = |(area, left): (&String, &Duration)| Some((area.clone(), left.checked_sub(wait)?));
         let grants: Grants = plan.grants.iter().filter_map(remaining).collect();
-        let (areas, then) = ((self.mission.areas.as_slice(), &self.map), (self.after(plan.now, wait), self.pace));
-        let mut later = Airspace::new(areas, &grants, &self.permissions, plan.closures, then, &self.config);
+        let then = (self.after(plan.now, wait), self.pace);
+        let around = (self.mission.areas.as_slice(), &self.around);
+        let mut later = Airspace::new(around, &grants, &self.permissions, plan.closures, then, &self.config);
         later.legs_left = Cell::new(*legs_left);
         let drafted = steps_to(plan.state, plan.ahead, None, self.tolerance(), &later, &self.config);
         *legs_left = later.legs_left.get();

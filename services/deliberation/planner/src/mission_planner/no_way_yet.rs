@@ -10,7 +10,7 @@ use domain::time::{Now, Time};
 use domain::way::{Leaving, leaving};
 
 use super::{MissionPlanner, OVER, holding, steps_to};
-use crate::airspace::{Airspace, Closures};
+use crate::airspace::{Airspace, Around, Closures};
 use crate::hold::Hold;
 use crate::survey::Via;
 
@@ -36,9 +36,10 @@ impl MissionPlanner {
         let opens_a_way = |ends: Duration, most_legs: u32| {
             let is_left = |area: &&Area| soon.iter().all(|(over, left)| ends < *left || over.name != area.name);
             let areas: Vec<Area> = self.mission.areas.iter().filter(is_left).cloned().collect();
-            let (closures, map) = (Closures::new(), AreaMap::new(&areas));
+            let closures = Closures::new();
+            let around = Around { map: AreaMap::new(&areas), ground: self.around.ground.clone() };
             let then = (now, self.pace);
-            let later = Airspace::new((&areas, &map), grants, &self.permissions, &closures, then, &self.config);
+            let later = Airspace::new((&areas, &around), grants, &self.permissions, &closures, then, &self.config);
             later.legs_left.set(most_legs);
             steps_to(state, ahead, None, self.tolerance(), &later, &self.config).is_ok()
         };
@@ -81,7 +82,8 @@ impl MissionPlanner {
             .collect();
         let closures = Closures::new();
         let at = (self.after(now, wait), self.pace);
-        let later = Airspace::new((&self.mission.areas, &self.map), &grants, &permissions, &closures, at, &self.config);
+        let around = (self.mission.areas.as_slice(), &self.around);
+        let later = Airspace::new(around, &grants, &permissions, &closures, at, &self.config);
         steps_to(state, ahead, None, self.tolerance(), &later, &self.config).ok()?;
         let reason = format!("{reason}; asked for again once it has ended, in {} s", wait.as_secs());
         Some(Hold { area: area.clone(), since: now.time, wait, reason, outlasts_grant: true })

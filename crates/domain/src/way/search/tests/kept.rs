@@ -46,7 +46,14 @@ impl Change {
 /// The way among `areas` for a process that knows `map`.
 fn way(areas: &[Area], map: &AreaMap, asked: &Asked, from: Ned, to: Ned) -> Result<TimedWay, NoWay> {
     let grants = Grants::new();
-    let rule = Airspace { areas, grants: &grants, clock: CLOCK, lead: Duration::from_secs(30), vertical_margin_m: 2.0 };
+    let rule = Airspace {
+        areas,
+        grants: &grants,
+        clock: CLOCK,
+        lead: Duration::from_secs(30),
+        vertical_margin_m: 2.0,
+        ground: &LEVEL,
+    };
     let (entries, legs_left) = (&*entries(areas), &Cell::new(u32::MAX));
     let trip = Trip { begins: Duration::from_secs(1), ..trip(from, to) };
     find(trip, Among { rule, map, entries, asked, limits: &LIMITS, legs_left })

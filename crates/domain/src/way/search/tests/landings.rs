@@ -124,10 +124,11 @@ fn a_way_home_among_hundreds_of_areas_is_found_at_little_cost() {
         clock: CLOCK,
         lead: Duration::from_secs(30),
         vertical_margin_m: 2.0,
+        ground: &LEVEL,
     };
     let around = Surroundings { airspace, map: &map, limits: &LIMITS, ends_at: SiteKind::Landing };
     let from = at(6500.0, 6600.0, 15.0);
-    let found = around.way_within(from, Ned::default(), 15.0, MOST_LEGS);
+    let found = around.way_within(from, Ned::default(), MOST_LEGS);
     let way = found.way.expect("there is a way");
     assert!(LIMITS.speeds.time_along_s(from, &way) < 1.1 * LIMITS.speeds.time_s(from, Ned::default()), "{way:?}");
     assert!(found.legs < MOST_LEGS / 10, "{}", found.legs);

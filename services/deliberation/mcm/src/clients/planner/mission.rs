@@ -1,6 +1,8 @@
 //! The mission that is flown, as far as it has come. The manager keeps it, and each question to the planner carries it.
 
 use domain::area::Area;
+use domain::geometry::Ned;
+use domain::known_ground::KnownGround;
 use domain::mission::{Mission, MissionAreas};
 use domain::plan::{self, Course, FlownStep, MissionStatus, Step};
 use domain::wire::InvalidMessage;
@@ -21,6 +23,8 @@ pub(crate) struct FlownMission {
     /// What is taken by traffic that stands, and those areas with it; `None`: nothing is.
     taken: Vec<Area>,
     with_taken: Option<MissionAreas>,
+    /// As its places say it, and where the vehicle stood.
+    ground: KnownGround,
     /// Whether the planner is thought to know the areas.
     are_areas_told: bool,
     /// First flown first.
@@ -35,7 +39,17 @@ impl FlownMission {
     /// `mission`, nothing of which has been attempted.
     pub(crate) fn beginning(mission: &Mission) -> FlownMission {
         let (status, areas) = (MissionStatus::beginning(mission), MissionAreas::of(&mission.areas, &mission.feeds));
-        FlownMission { status, areas, ..FlownMission::default() }
+        FlownMission { ground: ground(&status), status, areas, ..FlownMission::default() }
+    }
+
+    /// How high the ground is.
+    pub(crate) fn ground(&self) -> &KnownGround {
+        &self.ground
+    }
+
+    /// The vehicle stands there.
+    pub(crate) fn measure_ground(&mut self, place: Ned) {
+        self.ground.measure(place);
     }
 
     /// Its objectives and what became of them.
@@ -114,6 +128,7 @@ impl FlownMission {
     /// It goes on as an answer says, which took in this many of the flown steps.
     pub(crate) fn go_on(&mut self, course: Course, flown: usize) {
         (self.status, self.notes) = (course.mission, Some(course.notes));
+        self.ground.name(&self.status.sites, on_ground(&self.status));
         self.flown.drain(..flown.min(self.flown.len()));
         self.version += 1;
     }
@@ -165,6 +180,15 @@ impl FlownMission {
     }
 }
 
+/// The places of its objectives on the ground.
+fn on_ground(status: &MissionStatus) -> impl Iterator<Item = Ned> {
+    status.objectives.iter().map(|it| &it.objective).filter(|it| !it.flying).map(|it| it.position)
+}
+
+fn ground(status: &MissionStatus) -> KnownGround {
+    KnownGround::of(&status.sites, on_ground(status))
+}
+
 impl TryFrom<v1::StoredMission> for FlownMission {
     type Error = InvalidMessage;
 
@@ -173,6 +197,15 @@ impl TryFrom<v1::StoredMission> for FlownMission {
         let restored = course(status, notes.clone())?.ok_or(InvalidMessage::Missing("mission"))?;
         let flown = flown.into_iter().map(FlownStep::try_from).collect::<Result<_, _>>()?;
         let areas = MissionAreas::decode(areas)?;
-        Ok(FlownMission { status: restored.mission, notes, areas, flown, planned_for, ..FlownMission::default() })
+        let ground = ground(&restored.mission);
+        Ok(FlownMission {
+            ground,
+            status: restored.mission,
+            notes,
+            areas,
+            flown,
+            planned_for,
+            ..FlownMission::default()
+        })
     }
 }

@@ -8,6 +8,7 @@ use domain::area::Area;
 use domain::area_map::AreaMap;
 use domain::decision::DecisionKind;
 use domain::geodesy::Origin;
+use domain::known_ground::KnownGround;
 use domain::mission::{Mission, MissionAreas};
 use domain::plan::{Answered, Course, Denial, FlownStep, MissionStatus, Plan, PlanReply, Step, StepId};
 use domain::skill::Goal;
@@ -164,6 +165,11 @@ impl Planner {
     pub(crate) fn named_heights_m(&self) -> impl Iterator<Item = f64> {
         let objectives = self.status().objectives.iter().map(|it| it.objective.position.height_m());
         objectives.chain(self.status().sites.iter().map(|it| it.position.height_m()))
+    }
+
+    /// How high the ground is.
+    pub(crate) fn ground(&self) -> &KnownGround {
+        self.mission.ground()
     }
 
     /// Every area of the mission.
