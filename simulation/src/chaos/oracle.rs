@@ -71,8 +71,7 @@ pub enum Rule {
 
 /// Rules that the product is known to break, each with where: they are judged, counted and reported, and fail no run. To mend a fault
 /// is to take its line away. Issue 44 has the faults.
-pub const KNOWN_FAULTS: [(Rule, &str); 0] = [
-];
+pub const KNOWN_FAULTS: [(Rule, &str); 0] = [];
 
 impl Rule {
     /// Where the product is known to break it, if it is.

@@ -102,7 +102,9 @@ fn a_way_is_too_low_under_the_ground_of_a_place_and_between_places() {
 fn check_way(from: Ned, to: Ned, expected: &[(f64, f64, f64)]) {
     let (known, grants, map) = (known(), Grants::new(), AreaMap::new(&[]));
     let airspace = Airspace { ground: &known, ..airspace(&[], &grants) };
-    let way = Surroundings { airspace, map: &map, limits: &LIMITS, ends_at: SiteKind::Landing }.way_within(from, to, MOST_LEGS).way;
+    let way = Surroundings { airspace, map: &map, limits: &LIMITS, ends_at: SiteKind::Landing }
+        .way_within(from, to, MOST_LEGS)
+        .way;
     let rounded = |it: Ned| (it.north_m.round() + 0.0, it.east_m.round() + 0.0, it.height_m().round());
     let way: Option<Vec<_>> = way.map(|way| way.into_iter().map(rounded).collect());
     assert_eq!(way.as_deref(), Some(expected), "from {from} to {to}");

@@ -156,7 +156,7 @@ impl FlyTo {
                     (Harm::NONE, Down::Here) => Ok(along(Vec::new())),
                     (_, Down::Here) => Err(none),
                     (_, Down::Aside(way)) => Ok(along(way)),
-                    (_, Down::At(place)) => self.first_with_way(vec![place], height_m, world).ok_or(none),
+                    (_, Down::At(place)) => self.first_with_way(vec![place], world).ok_or(none),
                 }
             }
         }

@@ -152,7 +152,7 @@ impl World {
     }
 
     /// Whether the straight way between these is high enough over the ground.
-    fn is_clear(&self, from: Ned, to: Ned) -> bool {
+    pub(super) fn is_clear(&self, from: Ned, to: Ned) -> bool {
         self.planner.ground().why_too_low((from, to), &self.setup.limits.flight).is_none()
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use domain::contingency::LEFT_TO_OTHERS;
+use domain::contingency::{LEFT_TO_OTHERS, Severity};
 use domain::decision::DecisionKind;
 use domain::fmu::Gripper;
 use domain::geometry::Ned;

@@ -67,9 +67,8 @@ impl World {
     pub(crate) fn evasion(&self, chosen: Option<Evasion>) -> Option<Evasion> {
         let here = self.seen.vehicle?.position;
         let limits = self.flight_limits();
-        let ground_m = self.sites().map(|it| it.height_m()).fold(0.0, f64::max);
-        let lowest_m = ground_m + limits.least_height_m;
-        let may_fly = |to| self.breach_towards(to, limits.speeds.cruise_m_s).is_none();
+        let lowest_m = self.planner.ground().height_m(here) + limits.least_height_m;
+        let may_fly = |to| self.is_clear(here, to) && self.breach_towards(to, limits.speeds.cruise_m_s).is_none();
         let may_land = self.areas_that_forbid_landing(here).is_empty() && self.landing_forbidden_by(here).is_none();
         Some(evade(here, &self.seen.traffic.near, &limits.speeds, lowest_m, chosen, may_fly, may_land))
     }
