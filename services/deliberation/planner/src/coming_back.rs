@@ -1,5 +1,5 @@
-//! No takeoff without the permission to come back: what the landing at the end of the mission needs is asked for before the first takeoff, and must
-//! be granted until the vehicle is down there.
+//! No takeoff without the permission to come back: where no place to land at is open without one, what the landing at the end of the mission needs is
+//! asked for before the takeoff, and must be granted until the vehicle is down there.
 //!
 //! A home that is closed on the way back leaves a vehicle in the air with no place to land at. Nobody is asked about a keep-out area; whether it
 //! is over by then is a matter of the forecast.
@@ -11,24 +11,26 @@ use domain::area::AreaKind;
 use domain::geometry::Ned;
 use domain::harm::Harm;
 use domain::plan::{Parameters, PermissionNeed};
+use domain::site::{Site, SiteKind};
 use domain::skill::Goal;
 use domain::state::State;
 use domain::way::Asked;
 
 use crate::actions::{Action as _, stop::Stop};
-use crate::airspace::{Access, Airspace};
+use crate::airspace::{Access, Airspace, Zone};
 use crate::energy::Judge;
 use crate::objectives::Objectives;
 use crate::plan::{ActionStep, CommunicationStep, Step};
 
-/// Lets `steps`, which begin on the ground at `state`, ask for what coming back needs, before anything lifts off.
+/// Lets `steps`, which begin on the ground at `state`, ask for what coming back needs, before anything lifts off: nothing, where home, the end of
+/// the mission or one of `sites` is open without asking.
 ///
 /// # Errors
 /// Why there is no coming back, if a permission for it is not to be had.
 pub(crate) fn ask_for(
     steps: &mut Vec<Step>,
     state: &State,
-    objectives: &Objectives,
+    (objectives, sites): (&Objectives, &[Site]),
     airspace: &Airspace,
     judge: &Judge,
 ) -> Result<(), String> {
@@ -36,31 +38,41 @@ pub(crate) fn ask_for(
     let Some(takeoff) = steps.iter().position(takes_off).filter(|_| !state.flying) else { return Ok(()) };
     let (end, lands_after) = landing(steps, objectives, judge);
     let speeds = judge.config.speeds();
-    let over = end.at_height(end.height_m() + judge.config.takeoff_height_m.get());
     let motion = Motion { begins: lands_after, speeds, airborne: true, accepts: Harm::NONE };
-    let entered = airspace.first_entries(over, end, motion, &Asked::new());
-    let lasts = latest(lands_after.saturating_add(speeds.time(over, end))).saturating_add(airspace.rule.lead);
-    let mut needs = Vec::new();
-    for (_, zone) in entered {
-        let zone = &airspace.zones[zone];
-        match &zone.access {
-            _ if zone.area.kind == AreaKind::KeepOut => {}
-            Access::Ask { at_most: Some(granted), .. } if *granted < lasts => {
-                let (area, granted_s, needed_s) = (&zone.area.name, granted.as_secs(), lasts.as_secs());
-                return Err(format!(
-                    "no takeoff without the permission to come back: that for area {area} holds for {granted_s} s, {needed_s} s are needed"
-                ));
+    let over = |place: Ned| place.at_height(place.height_m() + judge.config.takeoff_height_m.get());
+    let sites = sites.iter().filter(|it| it.kind == SiteKind::Landing).map(|it| it.position);
+    let places = [end, Ned::default()].into_iter().chain(sites);
+    let entered = places.map(|it| airspace.first_entries(over(it), it, motion, &Asked::new()));
+    let mut entered: Vec<Vec<(f64, usize)>> = entered.collect();
+    if entered.iter().any(Vec::is_empty) {
+        return Ok(());
+    }
+    entered.retain(|it| it.iter().all(|(_, zone)| airspace.zones[*zone].area.kind == AreaKind::Permission));
+    let lasts = latest(lands_after.saturating_add(speeds.time(over(end), end))).saturating_add(airspace.rule.lead);
+    let mut why = None;
+    for zones in entered {
+        match zones.into_iter().map(|(_, zone)| needed(&airspace.zones[zone], lasts)).collect() {
+            Ok(needs) => {
+                ask_before(steps, takeoff, needs, judge);
+                return Ok(());
             }
-            Access::Ask { .. } => needs.push(PermissionNeed { area: zone.area.name.clone(), lasts }),
-            Access::Closed { reason } => {
-                return Err(format!("no takeoff without the permission to come back: {reason}"));
-            }
+            Err(reason) => _ = why.get_or_insert(format!("no takeoff without the permission to come back: {reason}")),
         }
     }
-    if !needs.is_empty() {
-        ask_before(steps, takeoff, needs, judge);
+    why.map_or(Ok(()), Err)
+}
+
+/// What is to be asked for to come down in `zone`, or why that is of no use.
+fn needed(zone: &Zone, lasts: Duration) -> Result<PermissionNeed, String> {
+    let area = &zone.area.name;
+    match &zone.access {
+        Access::Ask { at_most: Some(granted), .. } if *granted < lasts => {
+            let (granted_s, needed_s) = (granted.as_secs(), lasts.as_secs());
+            Err(format!("the one for area {area} holds for {granted_s} s, {needed_s} s are needed"))
+        }
+        Access::Ask { .. } => Ok(PermissionNeed { area: area.clone(), lasts }),
+        Access::Closed { reason } => Err(reason.clone()),
     }
-    Ok(())
 }
 
 /// Where the mission ends on the ground, and when the landing there begins, from now on.

@@ -279,7 +279,13 @@ impl MissionPlanner {
                 closures.insert(area, reason);
                 continue;
             }
-            if let Err(reason) = coming_back::ask_for(&mut steps, &state, &self.objectives, &airspace, &self.judge()) {
+            if let Err(reason) = coming_back::ask_for(
+                &mut steps,
+                &state,
+                (&self.objectives, &self.mission.sites),
+                &airspace,
+                &self.judge(),
+            ) {
                 self.objectives.give_up_rest(&reason);
                 return Answer::Finished;
             }
