@@ -169,7 +169,8 @@ fn missions_with_terms() -> impl Strategy<Value = Mission> {
 
 /// Around the take-off point, where there are no areas.
 fn sites() -> impl Strategy<Value = Vec<Site>> {
-    let site = (-60.0..60.0_f64, -60.0..60.0_f64, 0..90_u8, any::<bool>());
+    // On one ground.
+    let site = (-60.0..60.0_f64, -60.0..60.0_f64, 0..6_u8, any::<bool>());
     prop::collection::vec(site, 0..4).prop_map(|sites| {
         let site = |(index, (north_m, east_m, height_m, is_ditch)): (usize, (f64, f64, u8, bool))| Site {
             name: format!("site {index}"),
@@ -183,7 +184,7 @@ fn sites() -> impl Strategy<Value = Vec<Site>> {
 fn missions() -> impl Strategy<Value = Mission> {
     let areas = prop::collection::vec(area(), 0..8);
     // Around the take-off point, where there are no areas.
-    let objectives = prop::collection::vec((-60.0..60.0_f64, -60.0..60.0_f64, 1.0..100.0_f64, any::<bool>()), 1..6);
+    let objectives = prop::collection::vec((-60.0..60.0_f64, -60.0..60.0_f64, 6.0..100.0_f64, any::<bool>()), 1..6);
     (areas, objectives, sites()).prop_map(|(mut areas, objectives, sites)| {
         for (index, area) in areas.iter_mut().enumerate() {
             area.name = format!("area {index}");
