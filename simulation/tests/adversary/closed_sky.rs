@@ -30,7 +30,7 @@ fn a_return_inside_a_closed_sky_waits_for_its_end_or_lands() {
 #[test]
 fn nothing_takes_off_for_a_mission_whose_end_is_closed_for_longer_than_is_waited() {
     for (until_s, takes_off) in [(140, true), (2_000, false)] {
-        let closed = area("over home", "keep-out", [-80.0, -80.0], [80.0, 80.0], &window(30, Some(until_s)));
+        let closed = area("over home", "keep-out", [-80.0, -80.0], [80.0, 80.0], &window(60, Some(until_s)));
         let mut simulation = mission(&format!("home-closed-{until_s}"), &with(out_and_back(), closed), Policy::Grant);
         let report = ends(&mut simulation);
         assert_eq!(report.outcome() == MissionOutcome::Success, takes_off, "{}", brief(&simulation));
