@@ -110,7 +110,7 @@ const STORIES: [(&str, &str, &str); 67] = [
     ("offboard_link_lost", "simulation/tests/rules.rs", "a_failsafe_that_misses_our_setpoints_is_ours_to_end"),
     ("autopilot_not_ready", "simulation/tests/others.rs", "nothing_takes_off_until_the_autopilot_would_arm"),
     ("vessel_near", "simulation/tests/course.rs", "a_landing_waits_until_a_ship_below_has_passed"),
-    ("drone_near", "simulation/tests/cases.rs", "it_holds_while_a_drone_and_a_ship_pass"),
+    ("drone_near", "simulation/tests/cases.rs", "it_keeps_out_of_the_way_of_a_drone_and_of_a_ship"),
     ("path_deviated", "simulation/tests/course.rs", "who_is_led_beside_its_way_is_told_of_and_flies_on_to_its_place"),
     (
         "consumption_high",
