@@ -236,7 +236,7 @@ fn blown_away_faster_than_it_flies_it_lands_where_it_is() {
 }
 
 #[test]
-fn a_battery_that_reports_a_fault_brings_it_to_the_nearest_fit_place() {
+fn a_battery_that_reports_a_fault_brings_it_to_a_fit_place() {
     let mut simulation = when("step 2 of 5");
     simulation.inject_fault("battery_fault", &[]);
     ends(simulation, MissionOutcome::Emergency, &["flag `battery_faulty` raised: ", "`battery_faulty`: divert"]);

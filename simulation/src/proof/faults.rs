@@ -111,7 +111,7 @@ fn troubles() -> Vec<(&'static str, Trouble)> {
         fault("somebody-else-flies", "pilot_takes_over", &["hold"]),
         fault("aircraft-near", "intruder", &["600", "150", "25", "-20", "0", "crewed"]),
         fault("drone-near", "intruder", &["250", "150", "25", "-10", "0", "uncrewed"]),
-        fault("vessel-near", "intruder", &["120", "200", "0", "-4", "0", "vessel"]),
+        fault("vessel-near", "intruder", &["60", "260", "0", "-3", "0", "vessel"]),
         fault("wind-too-strong", "wind", &["0", "17"]),
         hang("link-lost", "gateway", 25),
         hang("tower-silent", "control-tower", 25),
