@@ -102,6 +102,7 @@ fn area() -> impl Strategy<Value = Area> {
                 from_utc_ms: window.0.map(|it| it * 1000),
                 until_utc_ms: window.1.map(|it| it * 1000),
                 hours: hours.map(|spans| WeeklyHours::new(spans).expect("some, and few")),
+                ground: Default::default(),
             }
         },
     )
