@@ -77,7 +77,7 @@ impl World {
             let shipped = include_str!("../../../../config/kittiwake.toml");
             let mut settings = toml::from_str::<Shipped>(shipped).unwrap().gateway;
             change(&mut settings);
-            let (gateway, http) = Gateway::new(&settings, Pace::REAL_TIME, access, &table, || {});
+            let (gateway, http) = Gateway::new(&settings, Pace::REAL_TIME, access, table, || {});
             api = Some(http);
             gateway
         };
