@@ -238,7 +238,7 @@ fn one_whose_status_falls_silent_after_the_landing_stands_there() {
 #[test]
 fn a_response_that_has_no_place_to_land_at_says_what_bars_each() {
     let text = "name = \"shut\"\n\
-        [[objective]]\nname = \"look\"\nnorth_m = 0.0\neast_m = 900.0\nheight_m = 20.0\nflying = true\ndwell_s = 200.0\n\
+        [[objective]]\nname = \"look\"\nnorth_m = 0.0\neast_m = 900.0\nheight_m = 20.0\nflying = true\ndwell_s = 240.0\n\
         [[objective]]\nname = \"home\"\nnorth_m = 0.0\neast_m = 0.0\nheight_m = 0.0\nflying = false\n\
         [[area]]\nname = \"C\"\nkind = \"keep-out\"\n\
         from_utc = \"2026-01-01T00:01:00Z\"\nuntil_utc = \"2026-01-01T00:07:00Z\"\n\
