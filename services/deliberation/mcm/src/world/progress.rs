@@ -27,6 +27,7 @@ pub(super) struct FlightWatch {
     /// Over all legs since it began to fly to places.
     headway: Option<Headway>,
     held: Option<Held>,
+    was_paused: bool,
     plan_since: Option<Time>,
     /// Since when the wind is faster than it flies.
     blown_since: Option<Time>,
@@ -105,8 +106,11 @@ impl World {
             _ => waits_for_operator || has_no_plan,
         };
         let is_asked_for = wait.is_some_and(|it| matches!(it.what, Awaited::Stay | Awaited::Approval));
+        let paused = self.is_paused();
+        let is_resumed = std::mem::replace(&mut self.watch.progress.was_paused, paused) && !paused;
         self.watch.progress.held = match self.watch.progress.held {
-            _ if !self.is_flying() || is_asked_for => None,
+            // Who resumes has decided.
+            _ if !self.is_flying() || is_asked_for || is_resumed => None,
             Some(held) if is_held || held.place.distance_m(here) < PLACE_M => Some(held),
             _ => Some(Held { place: here, since: now }),
         };
