@@ -71,7 +71,7 @@ fn in_the_air_for_an_hour_it_comes_home() {
 #[test]
 fn with_every_way_closed_for_five_minutes_it_gives_the_mission_up() {
     // A ring round the take-off point that is closed four times, each time before it is open again.
-    // The end is optional: a mission whose required objective is closed for so long does not take off.
+    // The end is optional: no mission takes off whose required objective is closed for five minutes.
     let mut text = format!("{}{}optional = true\nworth = 1.0\n", flying("near", 30.0), objective(600.0));
     for (number, (from_s, until_s)) in [(20, 130), (125, 240), (235, 350), (345, 460)].into_iter().enumerate() {
         for (side, (south, north, west, east)) in
