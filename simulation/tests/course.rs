@@ -112,7 +112,7 @@ fn in_the_air_for_an_hour_it_comes_home() {
 /// Beside its place in the air, with every way out closed until 460 s.
 fn closed_in() -> Simulation<'static> {
     // A ring round the take-off point that is closed four times, each time before it is open again.
-    // The end is optional: a mission whose required objective is closed for so long does not take off.
+    // The end is optional: no mission takes off whose required objective is closed for five minutes.
     let mut text = format!("{}{}optional = true\nworth = 1.0\n", flying("near", 30.0), objective(600.0));
     for (number, (from_s, until_s)) in [(20, 130), (125, 240), (235, 350), (345, 460)].into_iter().enumerate() {
         for (side, (south, north, west, east)) in
