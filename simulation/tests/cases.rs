@@ -158,7 +158,7 @@ fn a_position_that_jumps_is_not_followed_at_once() {
     simulation.inject_fault("position_jump", &["0", "-12"]);
     let expected = [
         "flag `position_jumped` raised: position.jump_m 1",
-        "`position_jumped`: stop",
+        "`position_jumped`: hold_first",
         "`position_jumped` is over",
         "every objective is settled",
     ];

@@ -101,17 +101,17 @@ fn denied_areas_are_flown_round_and_an_objective_inside_one_fails() {
         "plan 1: takeoff by 10 m; fly to (0, 90, 10), asking A; fly to (0, 360, 10), asking B; fly to (0, 500, 10); land
          asking for area A
          area A: denied (the area is closed)
-         transition: fly to (0, 90, 10)
+         transition: stop
          plan 2: fly to (100, 100, 10); fly to (100, 300, 10); fly to (69, 362, 10), asking B; fly to (0, 500, 10); land
          asking for area B ahead
          area B: denied (the area is closed)
-         transition: fly to (69, 362, 10)
+         transition: stop
          hold for 30 s: area B: denied by the control tower: the area is closed; asked once more
          plan 3: fly to (69, 362, 10), asking B; fly to (0, 500, 10); land
          asking for area B
          area B: denied (the area is closed)
          transition: stop
-         plan 4: fly to (100, 300, 10); fly to (100, 100, 10); fly to (0, 0, 10); land
+         plan 4: fly to (100, 100, 10); fly to (0, 0, 10); land
          every objective is settled
          MISSION_OUTCOME_FAILURE: objective `deliver` failed: area B: denied twice by the control tower: the area is closed",
     );
@@ -140,7 +140,7 @@ fn a_flag_that_passes_costs_a_stop_and_a_new_plan() {
         "flag `obstacle` raised: by hand
          `obstacle`: stop
          `obstacle` is over
-         transition: fly to (0, 500, 10)
+         transition: stop
          plan 2: fly to (0, 500, 10); land
          step 1 of 2: fly to (0, 500, 10)
          step 1 succeeded

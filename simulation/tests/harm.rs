@@ -56,7 +56,7 @@ fn nothing_takes_off_without_the_permission_to_come_back() {
     let report = simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
     let log = simulation.decision_log();
     assert_eq!(report.outcome(), MissionOutcome::Success, "{log}");
-    assert!(log.find("area harbour: granted") < log.find("takeoff"), "{log}");
+    assert!(log.find("area harbour: granted") < log.find(": takeoff by"), "{log}");
 }
 
 #[test]

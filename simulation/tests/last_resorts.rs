@@ -120,8 +120,7 @@ fn nothing_is_flown_to_in_a_frame_that_has_moved() {
 fn an_abort_over_the_sea_lands_on_land_while_the_battery_allows_it() {
     let mut simulation = out(SEA, 160);
     simulation.inject_flag("operator_abort");
-    let expected =
-        ["land failed (try 1 of 2): no landing in or over sea: home can be reached", "flies to home to land"];
+    let expected = ["flies to home to land", "no landing here, in or over sea, among people: flies to home"];
     ends(simulation, Emergency, &expected);
     // With too little left it comes down where it is, and says so.
     let mut simulation = out(SEA, 160);

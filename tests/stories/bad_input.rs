@@ -130,7 +130,7 @@ fn a_mission_with_a_mistake() {
     let file = "missions/reference.toml";
     check(file, "flying = false", "flying = 0", "0", &["invalid type: integer", "expected a boolean"]);
     check(file, "flying = false", "fling = false", "fling", &["unknown field `fling`", "`flying`"]);
-    check(file, "height_m = 0.0", "height_m = -6.0", "-6", &["`deliver` is inside the ground"]);
+    check(file, "height_m = 0.0", "height_m = -120.0", "-120", &["`deliver` is inside the ground"]);
     check(file, "height_m = 0.0", "height_m = nan", "nan", &["expected metres between"]);
     let corners = "[[-90.0, 110.0], [90.0, 110.0], [90.0, 290.0], [-90.0, 290.0]]";
     let crossed = "[[-90.0, 110.0], [90.0, 110.0], [-90.0, 290.0], [90.0, 290.0]]";
@@ -185,7 +185,7 @@ fn trees_with_a_mistake() {
 
 #[test]
 fn mistakes_in_several_files_are_reported_at_once() {
-    let files = Files::shipped().with("missions/reference.toml", "height_m = 0.0", "height_m = -6.0").with(
+    let files = Files::shipped().with("missions/reference.toml", "height_m = 0.0", "height_m = -120.0").with(
         "contingencies.toml",
         "actions = [\"leave_area\", \"land\"]",
         "actions = [\"lnad\"]",

@@ -52,7 +52,7 @@ fn mistakes_in_the_link_table_are_told_together_with_those_in_other_files() {
     let files = Files::shipped().with("zenoh/link.toml", "direction = \"down\"", "direction = \"sideways\"").with(
         "missions/reference.toml",
         "height_m = 0.0",
-        "height_m = -6.0",
+        "height_m = -120.0",
     );
     let (code, said, complaints) = check(&files, &["--files-only"]);
     assert_eq!((code, said.as_str()), (Some(2), ""));
@@ -78,8 +78,8 @@ fn the_printed_contingencies_have_a_line_for_each_row() {
     let rows = std::fs::read_to_string(shipped().join("contingencies.toml")).unwrap().matches("\nflag = ").count();
     let (code, said, complaints) = check(&files, &["--print-contingencies"]);
     assert_eq!((code, complaints.as_str()), (Some(0), ""), "{said}");
-    // Then an empty line, and the order of the nine severities.
-    assert_eq!(said.lines().count(), 2 + rows + 1 + 2 + 9, "{said}");
+    // Then an empty line, and the order of the ten severities.
+    assert_eq!(said.lines().count(), 2 + rows + 1 + 2 + 10, "{said}");
     assert!(said.starts_with("| flag | group | label | alarm | raised by |"), "{said}");
     assert!(said.contains("| divert | flies to the best place that can be reached and lands |"), "{said}");
     assert!(said.contains("| `bird_strike` | mission | safety | caution |") && !said.contains("`obstacle`"), "{said}");

@@ -105,7 +105,7 @@ fn bad_input_is_told_and_nothing_is_flown() {
     check(&["--fault", "batery@60:0.2"], "there is no fault `batery`; did you mean `battery`?");
     check(&["--fault", "battery@-60:0.2"], "found time `-60`, expected seconds after the start");
     check(&["--runs", "0"], "--runs");
-    let broken = Files::shipped().with("missions/reference.toml", "height_m = 0.0", "height_m = -6.0");
+    let broken = Files::shipped().with("missions/reference.toml", "height_m = 0.0", "height_m = -120.0");
     let folder = broken.config();
     let folder = folder.parent().expect("it lies in a folder").to_string_lossy();
     check(&["--config", &folder, "--chaos"], "`deliver` is inside the ground");

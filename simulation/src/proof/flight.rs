@@ -21,8 +21,8 @@ use crate::{Simulation, System};
 const STEP: Duration = Duration::from_millis(100);
 /// A status is sent when it changes; what was asked for meanwhile takes effect within a tick.
 const SETTLES: Duration = Duration::from_millis(1200);
-/// For how long a response that holds is watched: longer than a stop from full speed.
-const HOLDS: Duration = Duration::from_secs(12);
+/// For how long a response that holds is watched: longer than a stop from full speed, and than a landing that it must not be.
+const HOLDS: Duration = Duration::from_secs(20);
 /// Within this time a response that brings the vehicle down must have done so: over all of the way home, with every try of an action
 /// and a wait for a permission.
 const COMES_DOWN: Duration = Duration::from_secs(420);

@@ -87,6 +87,6 @@ mod tests {
         check("a tether feeds the vehicle", "none", "c.toml:16:10: a waiver gives its reason in words");
         check("takeoff", "landing", "c.toml:15:10: `battery-low` calls for nothing while landing");
         check("\"takeoff\", \"cruise\"", "", "c.toml:14:10: this waiver of `battery-low` waives nothing more");
-        check("reason = ", "because = ", "c.toml:17:1: unknown field `because`");
+        check("phases = ", "during = ", "c.toml:15:1: unknown field `during`");
     }
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use domain::contingency::group::Group;
 use domain::contingency::label::Label;
 use domain::contingency::{Clears, OPERATOR_LAND, Phase, Severity, Then};
 use domain::decision::{DecisionKind, Rejected};
@@ -19,6 +20,16 @@ use crate::clients::skills::Handle;
 use crate::flags::age_s;
 use crate::journal::{CONTINGENCY, Cause, Entry, Passed, Said};
 use crate::permits::Beyond;
+
+/// The longest wait for a way of a response to a fault of the vehicle or its battery, or while a flag bars areas: slack counts neither. (ENG: 12 % of the battery
+/// by hovering; a tower that closes an area for a crossing opens it within one or two minutes.)
+const WITH_FAULT: Duration = Duration::from_secs(180);
+/// The longest stay in an area in which the vehicle must not be. (ENG: five minutes: an area that applies for longer is left, or landed in.)
+const INSIDE: Duration = Duration::from_secs(300);
+/// A failsafe of the autopilot passes within this time, or lasts. (ENG: as long as a control tower takes to answer.)
+const PASSING: Duration = Duration::from_secs(10);
+/// Who sees the autopilot's failsafe has acted by then. (ENG: a person's time.)
+const PILOT_ACTS: Duration = Duration::from_secs(180);
 
 /// The pause before the next try of a response, by the number of failed tries. (ENG: none before the second try, since
 /// a command may have been lost; later long enough that the table's other actions get their turn within seconds.)
@@ -143,24 +154,35 @@ impl World {
     /// response holds until then: that there is none is no failure of what was tried, before the latest moment.
     pub(crate) fn may_wait_for_way(&mut self, site: Ned, why: &str) -> bool {
         self.ask_for_way(site);
-        self.may_wait(Duration::ZERO, self.slack_for(site), &self.why_no_way(why, site))
+        let is_limited = self.answers_a_fault() || self.narrowing().no_new_area.is_some();
+        let at_most = if is_limited { WITH_FAULT } else { Duration::MAX };
+        self.may_wait(Duration::ZERO, (self.slack_for(site), at_most), &self.why_no_way(why, site))
+    }
+
+    /// Whether it is the vehicle or its battery that the response is about.
+    fn answers_a_fault(&self) -> bool {
+        let group = self.response_row().and_then(|row| self.setup.table.rows()[row].group);
+        matches!(group, Some(Group::Energy | Group::Vehicle))
     }
 
     /// The vehicle does not fly out of the area in which it must not be. Returns whether it may hold there until the area is
     /// over, or there is a way.
     pub(crate) fn may_stay_inside(&mut self, stay: &Stay) -> bool {
-        stay.at_least.is_some_and(|it| self.may_wait(it, self.slack_here(), &stay.why))
+        stay.at_least.is_some_and(|it| self.may_wait(it, (self.slack_here(), INSIDE), &stay.why))
     }
 
-    /// Whether the response may hold on, of which it must do `at_least` this much more, with this slack. Says so when that begins.
-    fn may_wait(&mut self, at_least: Duration, slack: Duration, why: &str) -> bool {
-        if slack.is_zero() || slack < at_least {
-            return false;
-        }
+    /// Whether the response may hold on, of which it must do `at_least` this much more: with this slack, and `at_most` in all. Says so when
+    /// that begins.
+    fn may_wait(&mut self, at_least: Duration, (slack, at_most): (Duration, Duration), why: &str) -> bool {
         let now = self.now.time;
         let Some(response) = self.answer.response.as_mut() else { return false };
-        if response.waits_since.replace(response.waits_since.unwrap_or(now)).is_none() {
-            self.say_it_waits(why, slack);
+        let since = response.waits_since.unwrap_or(now);
+        let left = slack.min(at_most.saturating_sub(now - since));
+        if left.is_zero() || left < at_least {
+            return false;
+        }
+        if response.waits_since.replace(since).is_none() {
+            self.say_it_waits(why, left);
         }
         true
     }
@@ -174,24 +196,29 @@ impl World {
     }
 
     /// Whether a flight of the response, which is not begun or was interrupted, may wait until a failsafe of the autopilot's own is over:
-    /// as long as the battery lasts until the vehicle would land where it is. What is interrupted is no try that has failed.
+    /// until the latest moment, but for one that passes by itself, and for a pilot's time to act. What is interrupted is no try that has
+    /// failed.
     pub(crate) fn may_wait_for_autopilot(&mut self) -> bool {
-        let (now, slack) = (self.now.time, self.slack_of_autopilot());
+        let (now, left) = (self.now.time, self.left_to_autopilot());
         let Some(response) = self.answer.response.as_mut() else { return false };
-        if slack.is_zero() {
-            response.left_since = None;
-            return false;
+        if response.left_since.replace(response.left_since.unwrap_or(now)).is_none() && !left.is_zero() {
+            self.say_it_waits(OF_ITS_OWN, left);
         }
-        if response.left_since.replace(response.left_since.unwrap_or(now)).is_none() {
-            self.say_it_waits(OF_ITS_OWN, slack);
-        }
-        true
+        !left.is_zero()
+    }
+
+    fn left_to_autopilot(&self) -> Duration {
+        let since = self.answer.response.as_ref().and_then(|it| it.left_since);
+        let waited = since.map_or(Duration::ZERO, |it| self.now.time - it);
+        self.slack_of_autopilot().clamp(PASSING.saturating_sub(waited), PILOT_ACTS.saturating_sub(waited))
     }
 
     /// No failsafe of the autopilot is waited for any more.
     pub(crate) fn has_waited_for_autopilot(&mut self) {
+        // A wait that has ended in a landing where the vehicle is was ended by that.
+        let is_left = !self.left_to_autopilot().is_zero();
         let since = self.answer.response.as_mut().and_then(|it| Some((it.row, it.left_since.take()?)));
-        if let Some((row, since)) = since {
+        if let Some((row, since)) = since.filter(|_| is_left) {
             let (flag, waited_s) = (self.flags.name(row).clone(), (self.now.time - since).as_secs());
             self.say(
                 "contingency",

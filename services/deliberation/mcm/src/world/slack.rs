@@ -33,13 +33,14 @@ impl World {
         waiting.slack(awaited_wh(here), open_wh)
     }
 
-    /// What the landing takes that can be reached without waiting.
+    /// What the landing takes that can be reached without waiting, or the ditch, where no landing can.
     fn open_wh(&self) -> Option<f64> {
         let seen = self.seen_alternates();
-        let open = seen.iter().filter(|it| {
-            it.candidate.kind == SiteKind::Landing && it.failed_landings == 0 && it.is_reachable() && !it.asks()
-        });
-        open.filter_map(|it| it.way.as_ref().map(|(way, _)| way.energy_wh)).min_by(f64::total_cmp)
+        let least_wh = |kind: SiteKind| {
+            let open = seen.iter().filter(|it| it.candidate.kind == kind && it.is_sure());
+            open.filter_map(|it| it.way.as_ref().map(|(way, _)| way.energy_wh)).min_by(f64::total_cmp)
+        };
+        least_wh(SiteKind::Landing).or_else(|| least_wh(SiteKind::Ditch))
     }
 
     fn landing_here_wh(&self, here: Ned) -> f64 {
