@@ -1,5 +1,7 @@
 //! Several nodes in one process: the same flights, the same signs of life, and one death for all of them.
 
+use std::time::Duration;
+
 use kittiwake_proto::topics::Service;
 use kittiwake_proto::v1::{MissionRequest, MissionText, mission_request};
 use nix::sys::signal::Signal;
@@ -121,8 +123,10 @@ fn a_burst_of_what_ifs_does_not_end_a_composed_aircraft() {
         // Without one, the second gets the answer to the first.
         let request =
             MissionRequest { request_id: number.to_string(), request: Some(validate.clone()), ..Default::default() };
+        // The first is answered, however busy the machine is.
+        let limit = if number == 0 { LIMIT } else { Duration::from_secs(10) };
         let get = asking.get(format!("kw/uav1/{}", Service::Mission.key())).payload(request.encode_to_vec());
-        get.timeout(LIMIT).wait().unwrap()
+        get.timeout(limit).wait().unwrap()
     };
     let onboard = system.process("onboard").id();
     let answers: Vec<_> = (0..40).map(ask).collect();
