@@ -54,7 +54,7 @@ pub struct Motion {
     pub speeds: Speeds,
     /// Whether the vehicle is in the air when it begins.
     pub airborne: bool,
-    /// What coming down at its end may harm: an area that only bars landings does not count where no more than that is harmed.
+    /// The harm that its end may do: a no-landing area whose ground harms no more does not count.
     pub accepts: Harm,
 }
 

@@ -235,7 +235,7 @@ impl Alternate {
         }
     }
 
-    /// What coming down there harms, with the permissions that its way takes.
+    /// The harm of coming down there, once the permissions for the way are granted.
     pub fn harm(&self) -> Harm {
         self.candidate.kind.harm()
     }

@@ -58,7 +58,7 @@ pub struct Area {
     pub until_utc_ms: Option<i64>,
     /// Applies at these hours of the week only; `None`: at all of them.
     pub hours: Option<WeeklyHours>,
-    /// What is below one that may not be landed in ([`Area::only_bars_landings`]); means nothing for any other.
+    /// The kind of ground in a no-landing area ([`Area::only_bars_landings`]). It has no meaning in other areas.
     pub ground: Ground,
 }
 

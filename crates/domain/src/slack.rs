@@ -1,7 +1,7 @@
 //! The latest moment: for how long a vehicle in the air may still wait, before a landing that it could have reached is out of reach.
 //!
-//! The one answer for every wait of a response. A wait that ends by a clock ends too early with a full battery, and too late with an
-//! empty one.
+//! Every wait of a response asks it. A wait that ends by a clock ends too early with a full battery, and too late with an empty one. The
+//! battery is all that it counts: the mission manager limits waits where something else is short, too.
 
 use std::time::Duration;
 

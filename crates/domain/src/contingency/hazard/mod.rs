@@ -20,7 +20,7 @@ pub use list::HAZARDS;
 pub struct Hazard {
     /// As a waiver names it.
     pub name: &'static str,
-    /// What shows it.
+    /// How it shows.
     pub sign: Sign,
     /// The answer must have begun this many mission seconds after the sign is seen.
     pub within_s: f64,
