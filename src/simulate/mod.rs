@@ -59,7 +59,7 @@ fn check_flags(args: &SimulateArgs, inputs: &Inputs) -> Result<(), String> {
 fn campaign(args: &SimulateArgs, flights: &Flights) -> Result<Outcome, domain::file::Mistakes> {
     let (progress, started) = (Progress::of(args.runs.get().into(), "runs"), Instant::now());
     let told = |flight: &Flight| {
-        let said = (!args.json && flight.all_findings().next().is_some()).then(|| report::breached(flight, args));
+        let said = (!args.json && !flight.findings.is_empty()).then(|| report::breached(flight, args));
         progress.print(|| said.into_iter().for_each(output::line));
         progress.done();
     };
@@ -97,12 +97,12 @@ fn verdict(flown: &[Flight]) -> Outcome {
 fn shrunk(flights: &Flights, seed: u64) -> Result<Outcome, domain::file::Mistakes> {
     let script = flights.script(seed);
     let flight = fly(&script, flights.config())?;
-    let Some(rule) = flight.all_findings().next().map(|it| it.rule) else {
+    let Some(rule) = flight.findings.first().map(|it| it.rule) else {
         output::line(format_args!("seed {seed} has no breach: there is nothing to shrink\n{}", report::run(&flight)));
         return Ok(Outcome::Success);
     };
     let mut flown: u32 = 1;
-    let breaks_it = |flight: Flight| flight.all_findings().any(|it| it.rule == rule);
+    let breaks_it = |flight: Flight| flight.findings.iter().any(|it| it.rule == rule);
     let kept = shrink(&script.troubles, |troubles| {
         flown += 1;
         fly(&script.with(troubles.to_vec()), flights.config()).is_ok_and(breaks_it)

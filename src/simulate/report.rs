@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use simulation::chaos::fly::Flight;
 use simulation::chaos::hash::LogHash;
-use simulation::chaos::oracle::{Finding, KNOWN_FAULTS, Rule};
+use simulation::chaos::oracle::Finding;
 use simulation::chaos::script::Choice;
 
 use super::args::SimulateArgs;
@@ -14,11 +14,7 @@ use super::times_real_time;
 
 /// One line about a flight.
 pub fn run(flight: &Flight) -> String {
-    let verdict = match (flight.findings.is_empty(), flight.known.is_empty()) {
-        (false, _) => "BREACH",
-        (true, false) => "known fault",
-        (true, true) => "ok",
-    };
+    let verdict = if flight.findings.is_empty() { "ok" } else { "BREACH" };
     let (seed, flown_s) = (flight.script.seed, flight.flown.as_secs_f64());
     let (ending, script, hash) = (&flight.ending, &flight.script, flight.hash);
     format!("seed {seed}  {verdict}  {ending}  [{script}]  {flown_s:.0} s flown  sha256 {hash}")
@@ -38,8 +34,7 @@ pub fn breach(flight: &Flight) -> String {
         parts.push(flight.script.ground.to_string());
     }
     parts.push(story(flight));
-    parts.extend(flight.findings.iter().map(|it| finding("breach", it)));
-    parts.extend(flight.known.iter().map(|it| finding("known fault", it)));
+    parts.extend(flight.findings.iter().map(finding));
     parts.join("\n")
 }
 
@@ -48,9 +43,9 @@ pub fn breached(flight: &Flight, args: &SimulateArgs) -> String {
     format!("{}\nagain: {}\n", breach(flight), args.again(flight.script.seed))
 }
 
-fn finding(kind: &str, finding: &Finding) -> String {
+fn finding(finding: &Finding) -> String {
     let decided = finding.before.iter().map(|(at, text)| format!("\n    {:9.2} s  {text}", at.as_secs_f64()));
-    format!("{kind}: {finding}; decided before:{}", decided.collect::<String>())
+    format!("breach: {finding}; decided before:{}", decided.collect::<String>())
 }
 
 /// How many flights ended how, how fast they were flown, and the hash over all of them.
@@ -61,27 +56,14 @@ pub fn summary(flights: &[Flight], wall: Duration) -> String {
     flights.iter().for_each(|it| *endings.entry(it.ending.kind()).or_default() += 1);
     let endings: String = endings.iter().map(|(kind, count)| format!("\n{count:7}  {kind}")).collect();
     format!(
-        "{} runs, {breached} with a breach, {hours:.2} h flown in {:.1} s: {:.0} x real time{endings}{}\n\
+        "{} runs, {breached} with a breach, {hours:.2} h flown in {:.1} s: {:.0} x real time{endings}\n\
          counted: {}\nsha256 of all decision logs: {}",
         flights.len(),
         wall.as_secs_f64(),
         times_real_time(flights, wall),
-        known_faults(flights),
         figures(flights),
         LogHash::of_all(flights.iter().map(|it| it.hash)),
     )
-}
-
-/// The rules that are judged and fail no run, each with the runs that break it and the first of their seeds.
-fn known_faults(flights: &[Flight]) -> String {
-    let line = |(rule, place): &(Rule, &str)| {
-        let breaks = |it: &&Flight| it.known.iter().any(|it| it.rule == *rule);
-        let seeds: Vec<String> = flights.iter().filter(breaks).map(|it| it.script.seed.to_string()).collect();
-        let first =
-            if seeds.is_empty() { String::new() } else { format!(", seeds {}", seeds[..seeds.len().min(5)].join(" ")) };
-        format!("\nknown fault, fails no run: {rule}: {} runs{first}; {place}", seeds.len())
-    };
-    KNOWN_FAULTS.iter().map(line).collect()
 }
 
 /// What breaks no rule.
@@ -113,7 +95,6 @@ pub fn json(flights: &[Flight], wall: Duration) -> Value {
             "flownS": it.flown.as_secs_f64(),
             "sha256": it.hash.to_string(),
             "breaches": it.findings.iter().map(finding).collect::<Vec<_>>(),
-            "knownFaults": it.known.iter().map(finding).collect::<Vec<_>>(),
         })
     };
     json!({

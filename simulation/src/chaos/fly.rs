@@ -42,8 +42,6 @@ pub struct Flight {
     pub ending: Ending,
     /// What there is against it, in order.
     pub findings: Vec<Finding>,
-    /// The same by rules that the product is known to break: counted, and no failure.
-    pub known: Vec<Finding>,
     /// Of what was decided and when.
     pub hash: LogHash,
     /// Virtual time.
@@ -103,18 +101,12 @@ pub(crate) fn judged(script: &Script, mut simulation: Simulation<'_>) -> Flight 
         decisions: records.into_iter().map(line).collect(),
     };
     let findings = judge(script, &evidence);
-    let (findings, known) = findings.into_iter().partition(|it| it.rule.known_fault().is_none());
     let (flown, Evidence { ending, decisions, .. }) = (simulation.now().since_start(), evidence);
     let figures = simulation.figures();
-    Flight { script: script.clone(), ending, findings, known, hash, flown, decisions, figures }
+    Flight { script: script.clone(), ending, findings, hash, flown, decisions, figures }
 }
 
 impl Flight {
-    /// Breaches, then known faults.
-    pub fn all_findings(&self) -> impl Iterator<Item = &Finding> {
-        self.findings.iter().chain(&self.known)
-    }
-
     /// What happened and what was decided, by time.
     pub fn story(&self) -> Vec<(Duration, String)> {
         let troubles = self.script.troubles.iter().map(|(at, trouble)| (*at, format!("trouble: {trouble}")));

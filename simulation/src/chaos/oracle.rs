@@ -69,26 +69,6 @@ pub enum Rule {
     Truth(truth::Rule),
 }
 
-/// Rules that the product is known to break, each with where: they are judged, counted and reported, and fail no run. To mend a fault
-/// is to take its line away. Issue 44 has the faults.
-pub const KNOWN_FAULTS: [(Rule, &str); 2] = [
-    (
-        Rule::Truth(truth::Rule::Flapping),
-        "a wind about its limit raises its flag again and again (config/contingencies.toml: wind_high), as seed 990115 of `--chaos` shows",
-    ),
-    (
-        Rule::Truth(truth::Rule::Progress),
-        "a hold for a frame that moved lasts longer than 660 s before `operator_silent` ends it, as seed 990075 of `--chaos` shows",
-    ),
-];
-
-impl Rule {
-    /// Where the product is known to break it, if it is.
-    pub fn known_fault(self) -> Option<&'static str> {
-        KNOWN_FAULTS.iter().find(|(rule, _)| *rule == self).map(|(_, place)| *place)
-    }
-}
-
 /// Something against a flight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {

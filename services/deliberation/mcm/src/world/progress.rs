@@ -106,12 +106,14 @@ impl World {
             _ => waits_for_operator || has_no_plan,
         };
         let is_asked_for = wait.is_some_and(|it| matches!(it.what, Awaited::Stay | Awaited::Approval));
+        let is_lost = self.position_is_missing().is_some();
         let paused = self.is_paused();
         let is_resumed = std::mem::replace(&mut self.watch.progress.was_paused, paused) && !paused;
         self.watch.progress.held = match self.watch.progress.held {
             // Who resumes has decided.
             _ if !self.is_flying() || is_asked_for || is_resumed => None,
-            Some(held) if is_held || held.place.distance_m(here) < PLACE_M => Some(held),
+            // A position that is not believed shows no progress.
+            Some(held) if is_held || is_lost || held.place.distance_m(here) < PLACE_M => Some(held),
             _ => Some(Held { place: here, since: now }),
         };
         self.watch.progress.plan_since = since(self.watch.progress.plan_since, waits_for_plan);

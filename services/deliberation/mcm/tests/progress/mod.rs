@@ -56,6 +56,20 @@ fn whoever_holds_in_the_air_is_counted_and_who_waits_for_a_plan_too() {
     assert_eq!(rig.status().progress, None, "nothing flies");
 }
 
+/// Where the vehicle is in the new frame says nothing about whether it moved.
+#[test]
+fn a_frame_that_moves_does_not_begin_the_count_again() {
+    let (mut rig, skill) = under_way();
+    rig.end(&skill, Failed, "it did not get there");
+    rig.wait(12.0);
+    let waited_s = told(&mut rig).operator_s;
+    rig.frame = (1, 60.0);
+    rig.vehicle(true, Loiter, (60.0, 50.0, 10.0));
+    rig.wait(5.0);
+    assert!(rig.status().contingencies.iter().any(|it| it.flag == "frame_moved"));
+    assert!(waited_s + 5.0 < told(&mut rig).operator_s, "{waited_s}");
+}
+
 #[test]
 fn how_far_the_battery_suffices_is_told_in_the_wind_as_it_is() {
     let (mut rig, _) = under_way();
