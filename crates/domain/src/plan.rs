@@ -76,6 +76,16 @@ pub struct Step {
 }
 
 impl Step {
+    /// The straight way it is planned to take.
+    pub fn way(&self) -> (Ned, Ned) {
+        (self.from, self.reaches.position)
+    }
+
+    /// Whether it asks for `area`.
+    pub fn asks_for(&self, area: &str) -> bool {
+        self.ask.iter().any(|need| need.area == area)
+    }
+
     /// Whether the load is released by it.
     pub fn releases(&self) -> bool {
         matches!(self.nominal.goal, Goal::Release { .. })

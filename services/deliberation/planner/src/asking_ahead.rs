@@ -6,21 +6,21 @@
 
 use std::time::Duration;
 
-use domain::plan::{AskAhead, PermissionNeed};
+use domain::plan::{AskAhead, PermissionNeed, Step};
 
 use crate::airspace::{Access, Airspace};
 use crate::config::Config;
-use crate::plan::Step;
+use crate::plan::flight_time;
 
 /// Sets what each of `steps` asks for ahead, were the first of them begun now. The lengths of what they ask for are known: see
 /// [`crate::grant_lengths`].
 ///
 /// Counted from the planned flight alone: a vehicle that waits for something else on the way has more time for the answer.
 pub(crate) fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
-    steps.iter_mut().for_each(|step| step.communication.ask_ahead.clear());
+    steps.iter_mut().for_each(|step| step.ask_ahead.clear());
     let begins = beginnings(steps, config);
     for later in 1..steps.len() {
-        let border_at = begins[later].saturating_add(steps[later].flight_time(config));
+        let border_at = begins[later].saturating_add(flight_time(&steps[later], config));
         let asked_at = border_at.saturating_sub(config.ask_ahead_s.duration());
         if begins[later] <= asked_at {
             // It asks early enough itself.
@@ -31,14 +31,13 @@ pub(crate) fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
         let during = begins[..later].partition_point(|begin| *begin <= asked_at).saturating_sub(1);
         let after = asked_at.saturating_sub(begins[during]);
         let ahead: Vec<AskAhead> = steps[later]
-            .communication
             .ask
             .iter()
             .map(|need| PermissionNeed { area: need.area.clone(), lasts: need.lasts.saturating_add(earlier) })
             .filter(|need| is_of_use(need, asked_at, &steps[..later], airspace))
             .map(|need| AskAhead { need, after })
             .collect();
-        steps[during].communication.ask_ahead.extend(ahead);
+        steps[during].ask_ahead.extend(ahead);
     }
 }
 
@@ -47,7 +46,7 @@ fn beginnings(steps: &[Step], config: &Config) -> Vec<Duration> {
     let mut at = Duration::ZERO;
     let begin = |step: &Step| {
         let begins = at;
-        at = at.saturating_add(step.flight_time(config));
+        at = at.saturating_add(flight_time(step, config));
         begins
     };
     steps.iter().map(begin).collect()

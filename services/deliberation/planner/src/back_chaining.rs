@@ -2,7 +2,7 @@
 
 use domain::state::{State, Tolerance};
 
-use crate::actions::{ACTIONS, Action};
+use crate::actions::Action;
 use crate::config::Config;
 use crate::score::score;
 
@@ -10,7 +10,7 @@ use crate::score::score;
 #[derive(Debug, Clone)]
 pub(crate) struct Link {
     /// Which action.
-    pub action: &'static dyn Action,
+    pub action: Action,
     /// Where it starts.
     pub from: State,
     /// What it reaches.
@@ -37,9 +37,9 @@ pub(crate) fn chain(start: &State, goal: &State, tolerance: Tolerance, config: &
             return Err(NoChain::TooDeep(config.depth_limit.get()));
         }
         // Of equal scores the first is kept: the table's order breaks ties.
-        let best = ACTIONS
+        let best = Action::ALL
             .into_iter()
-            .filter(|it| it.test(&current_goal, start, config))
+            .filter(|it| it.reaches(&current_goal, start, config))
             .map(|it| (it, it.propagate_backwards(&current_goal, start, tolerance, config)))
             .min_by_key(|(_, from)| score(from, start, tolerance));
         let (action, from) = best.ok_or(NoChain::NoAction)?;

@@ -10,17 +10,17 @@ use domain::airspace::{Motion, latest};
 use domain::area::AreaKind;
 use domain::geometry::Ned;
 use domain::harm::Harm;
-use domain::plan::{Parameters, PermissionNeed};
+use domain::plan::{PermissionNeed, Step};
 use domain::site::{Site, SiteKind};
 use domain::skill::Goal;
 use domain::state::State;
 use domain::way::Asked;
 
-use crate::actions::{Action as _, stop::Stop};
+use crate::actions::Action;
 use crate::airspace::{Access, Airspace, Zone};
 use crate::energy::Judge;
 use crate::objectives::Objectives;
-use crate::plan::{ActionStep, CommunicationStep, Step};
+use crate::plan::{NEW, flight_time_s};
 
 /// Lets `steps`, which begin on the ground at `state`, ask for what coming back needs, before anything lifts off: nothing, where home, the end of
 /// the mission or one of `sites` is open without asking.
@@ -34,7 +34,7 @@ pub(crate) fn ask_for(
     airspace: &Airspace,
     judge: &Judge,
 ) -> Result<(), String> {
-    let takes_off = |it: &Step| matches!(it.action.nominal.goal, Goal::Takeoff { .. });
+    let takes_off = |it: &Step| matches!(it.nominal.goal, Goal::Takeoff { .. });
     let Some(takeoff) = steps.iter().position(takes_off).filter(|_| !state.flying) else { return Ok(()) };
     let (end, lands_after) = landing(steps, objectives, judge);
     let speeds = judge.config.speeds();
@@ -79,7 +79,7 @@ fn needed(zone: &Zone, lasts: Duration) -> Result<PermissionNeed, String> {
 fn landing(steps: &[Step], objectives: &Objectives, judge: &Judge) -> (Ned, Duration) {
     let (waiting, all) = (objectives.waiting(), objectives.all());
     let stay_s = |index: usize| all[index].terms.dwell.as_secs_f64();
-    let there_s: f64 = steps.iter().map(|it| it.flight_time_s(judge.config)).sum();
+    let there_s: f64 = steps.iter().map(|it| flight_time_s(it, judge.config)).sum();
     let first_s = waiting.first().map_or(0.0, |it| stay_s(*it));
     let hop_s = |pair: &[usize]| judge.visit(&all[pair[0]].goal, &all[pair[1]]).time_s + stay_s(pair[1]);
     let hops_s: f64 = waiting.windows(2).map(hop_s).sum();
@@ -94,16 +94,25 @@ fn landing(steps: &[Step], objectives: &Objectives, judge: &Judge) -> (Ned, Dura
 
 /// The step before the one of this index asks for `needs` too; where none asks, there is one that does.
 fn ask_before(steps: &mut Vec<Step>, takeoff: usize, needs: Vec<PermissionNeed>, judge: &Judge) {
-    let asks = takeoff.checked_sub(1).filter(|it| steps[*it].communication.auxiliary);
+    let asks = takeoff.checked_sub(1).filter(|it| steps[*it].auxiliary);
     let index = asks.unwrap_or_else(|| {
-        let stands = State::new(steps[takeoff].action.from, false);
-        let nominal: Parameters = Stop.set_parameters(&stands, &stands, judge.config);
-        let action = ActionStep { name: Stop.name(), from: stands.position, to: stands, nominal };
-        let communication = CommunicationStep { auxiliary: true, ..CommunicationStep::default() };
-        steps.insert(takeoff, Step { id: None, action, communication, passed: 0 });
+        let stands = State::new(steps[takeoff].from, false);
+        let nominal = Action::Stop.parameters(&stands, &stands, judge.config);
+        let (ask, ask_ahead) = (Vec::new(), Vec::new());
+        let step = Step {
+            id: NEW,
+            reaches: stands,
+            nominal,
+            ask,
+            ask_ahead,
+            auxiliary: true,
+            passed: 0,
+            ..steps[takeoff].clone()
+        };
+        steps.insert(takeoff, step);
         takeoff
     });
-    let ask = &mut steps[index].communication.ask;
+    let ask = &mut steps[index].ask;
     for need in needs {
         match ask.iter_mut().find(|it| it.area == need.area) {
             Some(known) => known.lasts = known.lasts.max(need.lasts),

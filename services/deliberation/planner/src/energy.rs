@@ -3,16 +3,17 @@
 use domain::energy::{EnergyModel, Leg, Wind};
 use domain::geometry::Ned;
 use domain::mission::Progress;
+use domain::plan::Step;
 use domain::quantity::Fraction;
 use domain::skill::Goal;
 use domain::state::{State, Tolerance};
 
-use crate::actions::release;
+use crate::actions::time_s;
 use crate::back_chaining;
 use crate::communication::SAME_PLACE_M;
 use crate::config::Config;
 use crate::objectives::{Objective, Objectives};
-use crate::plan::Step;
+use crate::plan::flight_time_s;
 
 /// By what steps and ways are judged.
 #[derive(Debug, Clone, Copy)]
@@ -38,7 +39,7 @@ impl Judge<'_> {
     /// What `step` takes, in Wh.
     pub(crate) fn step_wh(&self, step: &Step) -> f64 {
         let (from, to) = step.way();
-        self.piece_wh(&step.action.nominal.goal, from, to, step.flight_time_s(self.config))
+        self.piece_wh(&step.nominal.goal, from, to, flight_time_s(step, self.config))
     }
 
     /// What all of `steps` take, in Wh.
@@ -55,9 +56,9 @@ impl Judge<'_> {
     pub(crate) fn hop(&self, from: &State, to: &State) -> Hop {
         let links = back_chaining::chain(from, to, self.tolerance(), self.config).unwrap_or_default();
         links.iter().fold(Hop::default(), |hop, link| {
-            let goal = link.action.set_parameters(&link.from, &link.to, self.config).goal;
+            let goal = link.action.parameters(&link.from, &link.to, self.config).goal;
             let (from, to) = (link.from.position, link.to.position);
-            let time_s = self.config.speeds().time_s(from, to) + release::time_s(&goal);
+            let time_s = self.config.speeds().time_s(from, to) + time_s(&goal);
             Hop { time_s: hop.time_s + time_s, energy_wh: hop.energy_wh + self.piece_wh(&goal, from, to, time_s) }
         })
     }

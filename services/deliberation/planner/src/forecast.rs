@@ -9,7 +9,7 @@ use domain::alternates::Alternate;
 use domain::energy::{Budget, Shortfall};
 use domain::geometry::Ned;
 use domain::mission::Progress;
-use domain::plan::Plan;
+use domain::plan::{Plan, Step};
 use domain::quantity::Fraction;
 use domain::state::State;
 use domain::time::Now;
@@ -17,7 +17,7 @@ use domain::time::Now;
 use crate::energy::Hop;
 use crate::mission_planner::{Answer, MissionPlanner, Question};
 use crate::objectives::Objective;
-use crate::plan::Step;
+use crate::plan::{flight_time_s, in_words};
 
 /// What a mission takes.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -159,9 +159,9 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
                 now = planner.after(now, seconds(time_s));
                 state = State {
                     permissions: state.permissions,
-                    gripper: last.action.to.gripper.or(state.gripper),
+                    gripper: last.reaches.gripper.or(state.gripper),
                     charge: charge_after(first_charge, used_wh, &planner).and_then(|it| it.try_into().ok()),
-                    ..last.action.to.clone()
+                    ..last.reaches.clone()
                 };
                 planner.pass_turns_of(&steps);
                 planner.flown(last, true, &state, now);
@@ -222,25 +222,25 @@ fn legs(
     // When each area was asked for ahead.
     let mut ahead: BTreeMap<String, f64> = BTreeMap::new();
     let leg = |step: &Step| {
-        let (time_s, energy_wh) = (step.flight_time_s(judge.config), judge.step_wh(step));
-        let asks = step.communication.ask.iter().map(|need| PermissionForecast {
+        let (time_s, energy_wh) = (flight_time_s(step, judge.config), judge.step_wh(step));
+        let asks = step.ask.iter().map(|need| PermissionForecast {
             area: need.area.clone(),
             asked_s: ahead.get(&need.area).copied().unwrap_or(at_s),
             ahead: ahead.contains_key(&need.area),
             until_s: at_s + need.lasts.as_secs_f64(),
         });
         let asks = asks.collect();
-        let later = step.communication.ask_ahead.iter();
+        let later = step.ask_ahead.iter();
         ahead.extend(later.map(|it| (it.need.area.clone(), at_s + it.after.as_secs_f64())));
         (at_s, used_wh) = (at_s + time_s, used_wh + energy_wh);
         held.extend(asked(step));
         LegForecast {
-            text: step.to_string(),
+            text: in_words(step),
             way: step.way(),
             time_s,
             energy_wh,
             charge: charge_after(first_charge, used_wh, planner),
-            areas: step.action.nominal.invariant.permissions.clone(),
+            areas: step.nominal.invariant.permissions.clone(),
             asks,
             held: held.clone(),
             alternate: None,
@@ -278,5 +278,5 @@ fn seconds(seconds: f64) -> Duration {
 }
 
 fn asked(step: &Step) -> impl Iterator<Item = String> {
-    step.communication.ask.iter().map(|need| need.area.clone())
+    step.ask.iter().map(|need| need.area.clone())
 }

@@ -4,10 +4,11 @@
 use std::time::Duration;
 
 use domain::airspace::{latest, soonest, stays};
+use domain::plan::Step;
 
 use crate::airspace::{Access, Airspace};
 use crate::config::Config;
-use crate::plan::Step;
+use crate::plan::{flight_time, free_time_to, way_to_keep_free};
 
 /// A permission that would have to hold for longer than it was ever granted.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,13 +23,9 @@ pub(crate) struct TooShort {
 pub(crate) fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
     let mut begins = Duration::ZERO;
     for index in 0..steps.len() {
-        let lengths: Vec<Duration> = steps[index]
-            .communication
-            .ask
-            .iter()
-            .map(|need| length(&need.area, &steps[index..], begins, airspace, config))
-            .collect();
-        for (need, lasts) in steps[index].communication.ask.iter_mut().zip(lengths) {
+        let lengths: Vec<Duration> =
+            steps[index].ask.iter().map(|need| length(&need.area, &steps[index..], begins, airspace, config)).collect();
+        for (need, lasts) in steps[index].ask.iter_mut().zip(lengths) {
             need.lasts = lasts;
         }
         begins = begins.saturating_add(duration(&steps[index], airspace, config));
@@ -37,7 +34,7 @@ pub(crate) fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
 
 /// The first permission of `steps` that is not granted for long enough, as far as is known.
 pub(crate) fn too_short(steps: &[Step], airspace: &Airspace) -> Option<TooShort> {
-    let needs = steps.iter().flat_map(|step| &step.communication.ask);
+    let needs = steps.iter().flat_map(|step| &step.ask);
     needs.into_iter().find_map(|need| {
         let Access::Ask { at_most: Some(granted), .. } = airspace.zone(&need.area)?.access else { return None };
         (granted < need.lasts).then(|| {
@@ -56,12 +53,12 @@ fn length(area: &str, steps: &[Step], begins: Duration, airspace: &Airspace, con
         if 0 < index && step.asks_for(area) {
             break;
         }
-        let (from, to) = step.free_way();
+        let (from, to) = way_to_keep_free(step);
         if let Some(stay) = stays(zone.area, from, to, airspace.rule.vertical_margin_m).last() {
             let inside = match step.releases() {
                 // The load may begin to fall at the end of the step.
-                true => step.flight_time(config).saturating_add(step.free_time_to(stay.leaves, config)),
-                false => step.flight_time(config).mul_f64(stay.leaves),
+                true => flight_time(step, config).saturating_add(free_time_to(step, stay.leaves, config)),
+                false => flight_time(step, config).mul_f64(stay.leaves),
             };
             left = flown.saturating_add(inside);
         }
@@ -79,10 +76,10 @@ fn length(area: &str, steps: &[Step], begins: Duration, airspace: &Airspace, con
 
 /// The flight of `step`, and the wait for what it asks for.
 pub(crate) fn duration(step: &Step, airspace: &Airspace, config: &Config) -> Duration {
-    let waits = step.communication.ask.iter().filter_map(|need| match airspace.zone(&need.area)?.access {
+    let waits = step.ask.iter().filter_map(|need| match airspace.zone(&need.area)?.access {
         Access::Ask { wait_s, .. } => Some(wait_s),
         Access::Closed { .. } => None,
     });
     let wait = Duration::try_from_secs_f64(waits.fold(0.0, f64::max)).unwrap_or(Duration::MAX);
-    step.flight_time(config).saturating_add(wait)
+    flight_time(step, config).saturating_add(wait)
 }

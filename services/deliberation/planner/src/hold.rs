@@ -3,12 +3,13 @@
 
 use std::time::Duration;
 
+use domain::plan::Step;
 use domain::time::Time;
 
 use crate::communication::SAME_PLACE_M;
 use crate::config::Config;
 use crate::permissions::Permissions;
-use crate::plan::Step;
+use crate::plan::{asking, flight_time};
 
 /// Waiting for an area's back-off to end.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +40,7 @@ pub(crate) struct TooEarly {
 pub(crate) fn too_early(steps: &[Step], permissions: &Permissions, now: Time, config: &Config) -> Option<TooEarly> {
     let mut flown = Duration::ZERO;
     for (position, step) in steps.iter().enumerate() {
-        for area in step.communication.ask.iter().map(|need| &need.area) {
+        for area in step.ask.iter().map(|need| &need.area) {
             let Some((back_off, reason)) = permissions.back_off(area, now) else { continue };
             if flown < back_off {
                 let reason = format!("area {area}: {reason}; asked once more");
@@ -53,7 +54,7 @@ pub(crate) fn too_early(steps: &[Step], permissions: &Permissions, now: Time, co
             // It ends at once.
             continue;
         }
-        flown = flown.saturating_add(step.flight_time(config));
+        flown = flown.saturating_add(flight_time(step, config));
     }
     None
 }
@@ -62,6 +63,6 @@ pub(crate) fn too_early(steps: &[Step], permissions: &Permissions, now: Time, co
 pub(crate) fn without_asking_at(mut steps: Vec<Step>, position: usize) -> Vec<Step> {
     steps.truncate(position.max(1));
     // What they ask for ahead may be needed by a step that is left out.
-    steps.iter_mut().for_each(|it| it.communication.ask_ahead.clear());
-    if position == 0 { steps.into_iter().map(|it| it.asking(Vec::new())).collect() } else { steps }
+    steps.iter_mut().for_each(|it| it.ask_ahead.clear());
+    if position == 0 { steps.into_iter().map(|it| asking(it, Vec::new())).collect() } else { steps }
 }

@@ -168,7 +168,7 @@ impl Planner {
         let mut core = MissionPlanner::going_on(&self.config, &self.energy, self.pace, brought)?;
         let last = flown.len().saturating_sub(1);
         for (index, FlownStep { step, state, at }) in flown.into_iter().enumerate() {
-            core.flown(&step.into(), is_end && index == last, &state, at);
+            core.flown(&step, is_end && index == last, &state, at);
         }
         Ok(Some(core))
     }

@@ -19,7 +19,7 @@ use domain::fmu::Gripper;
 use domain::geodesy::Origin;
 use domain::known_ground::KnownGround;
 use domain::mission::{Mission, Progress};
-use domain::plan::{self, Denial, DenialKind, Failure, MissionStatus, StepId};
+use domain::plan::{Denial, DenialKind, Failure, MissionStatus, Plan, Step, StepId};
 use domain::state::{State, Tolerance};
 use domain::time::{Now, Pace, Time};
 
@@ -29,14 +29,15 @@ use crate::airspace::{self, Airspace, Around, Closures};
 use crate::asking_ahead;
 use crate::coming_back;
 use crate::config::Config;
-use crate::drafting::{Unreachable, draft};
+use crate::drafting::draft;
 use crate::free_order::Choice;
 use crate::grant_lengths::{self, TooShort};
 use crate::hold::{Hold, TooEarly, too_early, without_asking_at};
 use crate::objectives::Objectives;
 use crate::permissions::Permissions;
-use crate::plan::Step;
+use crate::plan::{NEW, flight_time_s, in_words};
 use crate::repair::repair;
+use crate::routing::NoWay;
 use crate::stuck::{Stuck, Verdict};
 use crate::survey::Via;
 
@@ -293,7 +294,7 @@ impl MissionPlanner {
             let early = too_early(&steps, &self.permissions, now.time, &self.config);
             let Some(TooEarly { position, hold }) = early else { return self.adopt(steps) };
             let is_trespassing = state.flying && airspace.is_trespassed(state.position);
-            if is_trespassing && steps.first().is_some_and(|it| it.flight_time_s(&self.config) > 0.0) {
+            if is_trespassing && steps.first().is_some_and(|it| flight_time_s(it, &self.config) > 0.0) {
                 // Not to be waited for in here: out first, and the rest once there.
                 return self.adopt(without_asking_at(steps, position));
             }
@@ -327,7 +328,7 @@ impl MissionPlanner {
             if self.objectives.current().is_some_and(|it| it.stays_for(now.time).is_zero()) {
                 self.arrived(now);
             }
-        } else if step.action.to.matches(&goal, tolerance)
+        } else if step.reaches.matches(&goal, tolerance)
             && let Some(reason) = self.stuck.missed(state, &goal, tolerance, &self.config)
         {
             self.conclude(Progress::Failure(reason));
@@ -350,13 +351,10 @@ impl MissionPlanner {
     }
 
     /// What is left of the present plan.
-    pub(crate) fn plan(&self) -> plan::Plan {
-        let objective = self.objectives.current_index();
-        plan::Plan {
-            objective: objective as u32,
-            steps: self.rest.iter().filter_map(|step| step.flyable(objective)).collect(),
-            revision: self.revision,
-        }
+    pub(crate) fn plan(&self) -> Plan {
+        let objective = self.objectives.current_index() as u32;
+        let flyable = |step: &Step| Step { objective, text: in_words(step), ..step.clone() };
+        Plan { objective, steps: self.rest.iter().map(flyable).collect(), revision: self.revision }
     }
 
     /// The mission as far as it has come, without its areas, feeds and steps.
@@ -412,16 +410,16 @@ impl MissionPlanner {
     pub(crate) fn pass_turns_of<'a>(&mut self, steps: impl IntoIterator<Item = &'a Step>) {
         let passed = steps.into_iter().map(|it| it.passed).max();
         if let (Some(objective), Some(passed)) = (self.objectives.current(), passed) {
-            objective.pass(passed);
+            objective.pass(passed as usize);
         }
     }
 
     /// Makes `steps` the plan. Those without an id are new.
     fn adopt(&mut self, mut steps: Vec<Step>) -> Answer {
-        let new = steps.iter().take_while(|step| step.id.is_none()).count();
+        let new = steps.iter().take_while(|step| step.id == NEW).count();
         for step in &mut steps[..new] {
             self.last_step_id += 1;
-            step.id = Some(StepId(self.last_step_id));
+            step.id = StepId(self.last_step_id);
         }
         if let Some(objective) = self.objectives.current() {
             objective.planned(&steps[..new]);
@@ -441,7 +439,7 @@ fn steps_to(
     tolerance: Tolerance,
     airspace: &Airspace,
     config: &Config,
-) -> Result<Vec<Step>, Unreachable> {
+) -> Result<Vec<Step>, NoWay> {
     match failed.and_then(|it| repair(state, it.step, it.rest, tolerance, airspace, config)) {
         Some(steps) if !steps.is_empty() => Ok(steps),
         _ => draft(state, ahead, tolerance, airspace, config),

@@ -7,11 +7,10 @@ use domain::fmu::Gripper;
 use domain::geometry::Ned;
 use domain::mission::terms::Terms;
 use domain::mission::{self, InvalidObjective, ObjectiveStatus, Progress, ReleaseProgress};
+use domain::plan::Step;
 use domain::state::{State, Tolerance};
 use domain::survey::Survey;
 use domain::time::Time;
-
-use crate::plan::Step;
 
 /// The objectives of the mission; the first that is not terminal is the current one.
 #[derive(Debug)]
@@ -184,7 +183,7 @@ impl Objective {
             self.release = ReleaseProgress::Planned;
         }
         let mut known: BTreeSet<String> = self.permissions.iter().cloned().collect();
-        let asked = new_steps.iter().flat_map(|it| &it.communication.ask).map(|need| &need.area);
+        let asked = new_steps.iter().flat_map(|it| &it.ask).map(|need| &need.area);
         self.permissions.extend(asked.filter(|it| known.insert((*it).clone())).cloned());
     }
 

@@ -1,96 +1,69 @@
-//! A step of a plan, which has a part in each of the tracks that run side by side. A third track would be a third part.
+//! Steps as they are drafted, each with a part in the tracks that run side by side: what is flown, and what is asked for.
 
+use std::time::Duration;
+
+use domain::airspace::Motion;
 use domain::geometry::Ned;
-use domain::plan::{self, AskAhead, Parameters, PermissionNeed, StepId};
+use domain::plan::{Parameters, PermissionNeed, Step, StepId};
 use domain::skill::Goal;
-use domain::state::State;
 
-/// What one step has in each track, with the id that names it.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Step {
-    /// Unique among the steps of all plans; `None`: it is new, and has not been given one yet.
-    pub id: Option<StepId>,
-    /// Its part of the action track.
-    pub action: ActionStep,
-    /// Its part of the communication track.
-    pub communication: CommunicationStep,
-    /// How many turns of the objective's survey have been passed once it is flown; 0 where it reaches none.
-    pub passed: usize,
+use crate::actions::{Action, free_speeds, free_way, time_s};
+use crate::config::Config;
+
+/// The id of a step that has not been given one yet.
+pub(crate) const NEW: StepId = StepId(0);
+
+/// The action of `step`.
+pub(crate) fn action(step: &Step) -> Action {
+    Action::of(&step.nominal.goal)
 }
 
 /// In a few words: `fly to (0, 90, 10), asking A and B`.
-impl std::fmt::Display for Step {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}", self.action.nominal.goal)?;
-        match self.communication.ask.as_slice() {
-            [] => Ok(()),
-            needs => {
-                let areas: Vec<&str> = needs.iter().map(|need| need.area.as_str()).collect();
-                write!(f, ", asking {}", areas.join(" and "))
-            }
-        }
+pub(crate) fn in_words(step: &Step) -> String {
+    let areas: Vec<&str> = step.ask.iter().map(|need| need.area.as_str()).collect();
+    let asking = if areas.is_empty() { String::new() } else { format!(", asking {}", areas.join(" and ")) };
+    format!("{}{asking}", step.nominal.goal)
+}
+
+/// The same step as one that asks for the permissions of `ask`, or, if there are none, for nothing.
+pub(crate) fn asking(mut step: Step, ask: Vec<PermissionNeed>) -> Step {
+    step.auxiliary = !ask.is_empty();
+    hold(&mut step.nominal, step.auxiliary);
+    Step { ask, ask_ahead: Vec::new(), ..step }
+}
+
+/// A step that waits for permissions at a position stays there until it is replaced.
+pub(crate) fn hold(parameters: &mut Parameters, waits: bool) {
+    if let Goal::Position { hold_at_target, .. } = &mut parameters.goal {
+        *hold_at_target = waits;
     }
 }
 
-/// Something to fly.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct ActionStep {
-    /// Its name in the table of actions.
-    pub name: &'static str,
-    /// Where the plan has the vehicle when it starts.
-    pub from: Ned,
-    /// The state it reaches.
-    pub to: State,
-    /// How it is flown when nothing is amiss. How it is flown while a new plan is made is computed
-    /// when that is needed, from where the vehicle is then.
-    pub nominal: Parameters,
+/// How long `step` is flown at least, in seconds.
+pub(crate) fn flight_time_s(step: &Step, config: &Config) -> f64 {
+    config.speeds().time_s(step.from, step.reaches.position) + time_s(&step.nominal.goal)
 }
 
-/// What to ask the control tower during a step.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct CommunicationStep {
-    /// Permissions to be got, and how long each must hold; empty for none.
-    pub ask: Vec<PermissionNeed>,
-    /// What later steps need and is asked for during this one already; see [`crate::asking_ahead`].
-    pub ask_ahead: Vec<AskAhead>,
-    /// The communication plan added the step.
-    pub auxiliary: bool,
+/// The same as a duration.
+pub(crate) fn flight_time(step: &Step, config: &Config) -> Duration {
+    let besides = Duration::from_secs_f64(time_s(&step.nominal.goal));
+    config.speeds().time(step.from, step.reaches.position).saturating_add(besides)
 }
 
-impl Step {
-    /// As it is flown for the objective of this index; `None` if it has no id yet.
-    pub(crate) fn flyable(&self, objective: usize) -> Option<plan::Step> {
-        Some(plan::Step {
-            id: self.id?,
-            objective: objective as u32,
-            from: self.action.from,
-            reaches: self.action.to.clone(),
-            nominal: self.action.nominal.clone(),
-            ask: self.communication.ask.clone(),
-            ask_ahead: self.communication.ask_ahead.clone(),
-            auxiliary: self.communication.auxiliary,
-            passed: self.passed as u32,
-            text: self.to_string(),
-        })
-    }
+/// The straight way that must be free for `step`.
+pub(crate) fn way_to_keep_free(step: &Step) -> (Ned, Ned) {
+    free_way(&step.nominal.goal, step.way())
 }
 
-/// A step that was given out.
-impl From<plan::Step> for Step {
-    fn from(step: plan::Step) -> Step {
-        let name = match step.nominal.goal {
-            Goal::Takeoff { .. } => "takeoff",
-            Goal::Land => "land",
-            Goal::Stop => "stop",
-            Goal::Release { .. } => "release",
-            Goal::Position { .. } | Goal::Velocity { .. } => "position",
-        };
-        let communication = CommunicationStep { ask: step.ask, ask_ahead: step.ask_ahead, auxiliary: step.auxiliary };
-        Step {
-            id: Some(step.id),
-            action: ActionStep { name, from: step.from, to: step.reaches, nominal: step.nominal },
-            communication,
-            passed: step.passed as usize,
-        }
-    }
+/// How what needs that way moves if `step` begins at this time from now on.
+pub(crate) fn motion(step: &Step, begins: Duration, config: &Config) -> Motion {
+    let airborne = action(step) != Action::Takeoff;
+    let speeds = free_speeds(&step.nominal.goal, config.speeds());
+    Motion { begins, speeds, airborne, accepts: step.nominal.goal.accepts() }
+}
+
+/// How long after the beginning of `step` this fraction of that way is behind.
+pub(crate) fn free_time_to(step: &Step, fraction: f64, config: &Config) -> Duration {
+    let (from, to) = way_to_keep_free(step);
+    free_speeds(&step.nominal.goal, config.speeds()).time_to(fraction, from, to)
 }

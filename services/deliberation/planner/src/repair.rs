@@ -4,14 +4,15 @@
 use std::time::Duration;
 
 use domain::geometry::Ned;
-use domain::plan::PermissionNeed;
+use domain::plan::{PermissionNeed, Step};
 use domain::state::{State, Tolerance};
 use domain::way::Asked;
 
+use crate::actions::Action;
 use crate::airspace::Airspace;
 use crate::config::Config;
 use crate::drafting::draft;
-use crate::plan::Step;
+use crate::plan::{NEW, action, asking, flight_time, motion, way_to_keep_free};
 use crate::survey::Via;
 
 /// Steps from `state` to the goal of `failed`, then `rest`; `None` if that is not valid any more,
@@ -27,17 +28,17 @@ pub(crate) fn repair(
     airspace: &Airspace,
     config: &Config,
 ) -> Option<Vec<Step>> {
-    if !state.flying || failed.action.name == "takeoff" {
+    if !state.flying || action(&failed) == Action::Takeoff {
         return None;
     }
     let is_held = |need: &&PermissionNeed| state.permissions.contains(&need.area);
-    let ask: Vec<PermissionNeed> = failed.communication.ask.iter().filter(|need| !is_held(need)).cloned().collect();
-    let asked_later = rest.iter().flat_map(|it| &it.communication.ask);
+    let ask: Vec<PermissionNeed> = failed.ask.iter().filter(|need| !is_held(need)).cloned().collect();
+    let asked_later = rest.iter().flat_map(|it| &it.ask);
     let is_useless = |need: &PermissionNeed| airspace.was_denied(&need.area) || airspace.has_ended(need);
     if ask.iter().chain(asked_later).any(is_useless) {
         return None;
     }
-    let goal = Via { state: failed.action.to.clone(), passed: failed.passed };
+    let goal = Via { state: failed.reaches.clone(), passed: failed.passed as usize };
     let mut steps = draft(state, &[goal], tolerance, airspace, config).ok()?;
     if steps.is_empty() && airspace.is_trespassed(state.position) {
         // It is where it was to be, and must not stay there.
@@ -45,9 +46,9 @@ pub(crate) fn repair(
     }
     if !ask.is_empty() {
         let last = steps.pop().unwrap_or_else(|| here(&failed, state.position));
-        let also = last.communication.ask.iter().filter(|need| ask.iter().all(|it| it.area != need.area));
+        let also = last.ask.iter().filter(|need| ask.iter().all(|it| it.area != need.area));
         let ask = ask.iter().chain(also).cloned().collect();
-        steps.push(last.asking(ask));
+        steps.push(asking(last, ask));
     }
     steps.extend(rest);
     is_valid(&steps, state.position, airspace, config).then_some(steps)
@@ -55,9 +56,7 @@ pub(crate) fn repair(
 
 /// `failed` flown again by a vehicle that has reached its goal.
 fn here(failed: &Step, position: Ned) -> Step {
-    let mut step = Step { id: None, ..failed.clone() };
-    step.action.from = position;
-    step
+    Step { id: NEW, from: position, ..failed.clone() }
 }
 
 /// Whether no step touches an area that may not be entered then, nor was asked for in an earlier step; what the vehicle
@@ -72,11 +71,11 @@ fn is_valid(steps: &[Step], here: Ned, airspace: &Airspace, config: &Config) -> 
         if from != here {
             begins = begins.max(LATER);
         }
-        let (begin, end) = step.free_way();
-        let is_kept_out = !airspace.first_entries(begin, end, step.motion(begins, config), &asked).is_empty();
+        let (begin, end) = way_to_keep_free(step);
+        let is_kept_out = !airspace.first_entries(begin, end, motion(step, begins, config), &asked).is_empty();
         let zones = airspace.zones.iter().enumerate();
         asked.extend(zones.filter(|(_, zone)| step.asks_for(&zone.area.name)).map(|(index, _)| index));
-        begins = begins.saturating_add(step.flight_time(config));
+        begins = begins.saturating_add(flight_time(step, config));
         !is_kept_out
     })
 }

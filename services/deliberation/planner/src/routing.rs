@@ -7,12 +7,19 @@ use domain::geometry::Ned;
 use domain::way::{self, Among, Asked, Entry, TimedWay, Trip};
 
 use crate::airspace::{Access, Airspace, Zone};
+use crate::back_chaining::NoChain;
 use crate::config::Config;
 
-/// Why there is no way, for the mission report.
+/// Why a goal cannot be reached, for the mission report.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub(crate) struct NoWay(pub String);
+
+impl From<NoChain> for NoWay {
+    fn from(why: NoChain) -> NoWay {
+        NoWay(why.to_string())
+    }
+}
 
 /// What is opened by force to find out what is in the way: nothing, closed permission areas, everything.
 const FORCED: [fn(&Area) -> bool; 3] = [|_| false, |area| area.kind == AreaKind::Permission, |_| true];

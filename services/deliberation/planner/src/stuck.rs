@@ -3,11 +3,13 @@
 //!
 //! A failure that a permission explains does not count: the record of permissions ends those.
 
+use domain::plan::Step;
 use domain::state::{State, Tolerance};
 
+use crate::actions::Action;
 use crate::config::Config;
 use crate::permissions::colon;
-use crate::plan::Step;
+use crate::plan::action;
 
 /// What was tried in vain.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -51,40 +53,30 @@ impl Stuck {
         tolerance: Tolerance,
         config: &Config,
     ) -> Verdict {
-        let name = step.action.name;
+        let name = action(step).name();
         let give_up = |times: u32| format!("{name} failed {times} times in a row{}", colon(failure));
-        match name {
-            "takeoff" => {
+        match action(step) {
+            Action::Takeoff => {
                 self.takeoffs += 1;
-                match config.takeoffs_at_most.get() <= self.takeoffs {
-                    true => Verdict::GiveUpMission(give_up(self.takeoffs)),
-                    false => Verdict::TryAgain,
-                }
+                let is_enough = config.takeoffs_at_most.get() <= self.takeoffs;
+                if is_enough { Verdict::GiveUpMission(give_up(self.takeoffs)) } else { Verdict::TryAgain }
             }
-            "land" => {
+            Action::Land => {
                 self.landings += 1;
-                match config.landings_at_most.get() <= self.landings {
-                    true => Verdict::GiveUpObjective(give_up(self.landings)),
-                    false => Verdict::TryAgain,
-                }
+                let is_enough = config.landings_at_most.get() <= self.landings;
+                if is_enough { Verdict::GiveUpObjective(give_up(self.landings)) } else { Verdict::TryAgain }
             }
-            _ => {
+            Action::Stop | Action::Position | Action::Release => {
                 let before = self.last.take().filter(|last| {
                     last.action == name
-                        && last.goal.matches(&step.action.to, tolerance)
+                        && last.goal.matches(&step.reaches, tolerance)
                         && vehicle.matches(&State { mode: None, ..last.vehicle.clone() }, tolerance)
                 });
                 let count = before.map_or(0, |last| last.count) + 1;
-                self.last = Some(Failure {
-                    action: name.to_owned(),
-                    goal: step.action.to.clone(),
-                    vehicle: vehicle.clone(),
-                    count,
-                });
-                match config.failures_at_most.get() <= count {
-                    true => Verdict::GiveUpObjective(give_up(count)),
-                    false => Verdict::TryAgain,
-                }
+                let (goal, vehicle) = (step.reaches.clone(), vehicle.clone());
+                self.last = Some(Failure { action: name.to_owned(), goal, vehicle, count });
+                let is_enough = config.failures_at_most.get() <= count;
+                if is_enough { Verdict::GiveUpObjective(give_up(count)) } else { Verdict::TryAgain }
             }
         }
     }
@@ -92,10 +84,10 @@ impl Stuck {
     /// `step` was flown.
     pub(crate) fn flown(&mut self, step: &Step) {
         // To come to rest is no progress: a release that fails is tried after a stop each time.
-        if step.action.name != "stop" {
+        if action(step) != Action::Stop {
             self.last = None;
         }
-        if step.action.to.flying {
+        if step.reaches.flying {
             self.takeoffs = 0;
         }
     }

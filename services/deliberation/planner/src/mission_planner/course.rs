@@ -52,7 +52,7 @@ impl MissionPlanner {
             objectives: Objectives::with_past(past),
             around: Around { map, ..Around::default() },
             permissions: notes.permissions,
-            rest: rest.into_iter().map(Into::into).collect(),
+            rest,
             revision: status.revision,
             last_step_id: notes.last_step_id,
             stuck: notes.stuck,

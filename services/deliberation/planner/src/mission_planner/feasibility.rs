@@ -5,13 +5,14 @@ use std::time::Duration;
 use domain::energy::Wind;
 use domain::mission::Mission;
 use domain::mission::terms::Order;
+use domain::plan::Step;
 use domain::state::State;
 use domain::time::Now;
 
 use super::{Answer, AsForecast, MissionPlanner};
 use crate::forecast::{self, MissionForecast};
 use crate::objectives::Objective;
-use crate::plan::Step;
+use crate::plan::flight_time_s;
 use crate::{energy, free_order};
 
 /// A wind in which nothing can be flown is looked at again after this time. (ENG: the mean that the monitor's rules take of a wind.)
@@ -96,7 +97,7 @@ impl MissionPlanner {
     /// The objective that must be given up for `steps` to the current one to be flown, which may be that one, and why.
     pub(super) fn infeasible(&self, steps: &[Step], state: &State, now: Now) -> Option<(usize, String)> {
         let current = self.objectives.current_index();
-        let takes_s: f64 = steps.iter().map(|it| it.flight_time_s(&self.config)).sum();
+        let takes_s: f64 = steps.iter().map(|it| flight_time_s(it, &self.config)).sum();
         let left_s = self.objectives.all().get(current).and_then(|it| self.time_left_s(it, now));
         if let Some(late_s) = left_s.map(|left_s| takes_s - left_s).filter(|it| 0.0 < *it) {
             return Some((current, format!("would be reached {late_s:.0} s too late, {takes_s:.0} s from now")));

@@ -11,6 +11,7 @@ use std::time::Duration;
 use domain::airspace::{Grants, soonest, stays};
 use domain::area::Area;
 use domain::geometry::Ned;
+use domain::plan::Step;
 use domain::quantity::Fraction;
 use domain::state::State;
 use domain::time::{Now, utc_text};
@@ -20,7 +21,7 @@ use crate::airspace::{Airspace, Closures};
 use crate::energy;
 use crate::grant_lengths::{self, duration};
 use crate::hold::Hold;
-use crate::plan::Step;
+use crate::plan::{free_time_to, way_to_keep_free};
 use crate::survey::Via;
 
 /// The ends of windows at which a plan is drafted: those of areas in the straight way first, and of these the earliest.
@@ -156,9 +157,9 @@ impl MissionPlanner {
     fn time_to_border(&self, area: &Area, steps: &[Step], airspace: &Airspace) -> Duration {
         let mut begins = Duration::ZERO;
         for step in steps {
-            let (from, to) = step.free_way();
+            let (from, to) = way_to_keep_free(step);
             if let Some(stay) = stays(area, from, to, airspace.rule.vertical_margin_m).first() {
-                return begins.saturating_add(step.free_time_to(stay.enters, &self.config));
+                return begins.saturating_add(free_time_to(step, stay.enters, &self.config));
             }
             begins = begins.saturating_add(duration(step, airspace, &self.config));
         }

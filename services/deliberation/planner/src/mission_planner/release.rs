@@ -6,11 +6,11 @@
 
 use domain::fmu::Gripper;
 use domain::mission::{Progress, ReleaseProgress};
+use domain::plan::Step;
 use domain::state::State;
 use domain::time::Now;
 
 use super::MissionPlanner;
-use crate::plan::Step;
 
 const NO_LOAD: &str = "there is no load to release: the gripper is open already";
 const LOST: &str = "the load was lost before the place was reached";

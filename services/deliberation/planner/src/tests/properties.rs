@@ -9,9 +9,11 @@ use geo::ConvexHull;
 use proptest::prelude::*;
 
 use super::*;
+use crate::actions::Action;
 use crate::mission_planner::{Answer, MissionPlanner, Question};
-use crate::plan::Step;
+use crate::plan::{action, flight_time};
 use domain::airspace::{Grants, stays};
+use domain::plan::Step;
 use domain::plan::{Denial, DenialKind, Failure};
 use domain::state::State;
 
@@ -81,7 +83,7 @@ fn assert_allowed(steps: &[Step], areas: &[Area], held: &BTreeSet<String>) -> Re
     let is_allowed =
         |area: &Area, allowed: &BTreeSet<String>| area.kind == AreaKind::Permission && allowed.contains(&area.name);
     let is_inside = |area: &Area, at: Ned| !stays(area, at, at, margin_m).is_empty();
-    let airborne = steps[0].action.name != "takeoff" && start.down_m != 0.0;
+    let airborne = action(&steps[0]) != Action::Takeoff && start.down_m != 0.0;
     let trespassed: Vec<&Area> =
         areas.iter().filter(|it| airborne && !is_allowed(it, held) && is_inside(it, start)).collect();
     let mut allowed = held.clone();
@@ -91,12 +93,12 @@ fn assert_allowed(steps: &[Step], areas: &[Area], held: &BTreeSet<String>) -> Re
         for area in areas.iter().filter(|it| !is_allowed(it, &allowed)) {
             let is_left = is_leaving && trespassed.iter().any(|it| it.name == area.name);
             let entered = stays(area, from, to, margin_m).into_iter().find(|stay| !is_left || stay.enters > 0.0);
-            let waits_below = step.action.name == "stop" && from.down_m == 0.0;
+            let waits_below = action(step) == Action::Stop && from.down_m == 0.0;
             prop_assert!(waits_below || entered.is_none(), "{step:?} enters {area:?}");
         }
         is_leaving &= trespassed.iter().any(|it| is_inside(it, to));
         prop_assert!(!is_leaving || index == 0, "{step:?} does not lead out of {trespassed:?}");
-        allowed.extend(step.communication.ask.iter().map(|need| need.area.clone()));
+        allowed.extend(step.ask.iter().map(|need| need.area.clone()));
     }
     Ok(())
 }
@@ -129,7 +131,7 @@ proptest! {
             assert_allowed(&steps, &areas, &held)?;
             let config = Config::for_tests();
             let (least_m, highest_m) = (height_m.min(config.least_height_m.get()), height_m.max(config.highest_m.get()));
-            for step in steps.iter().filter(|it| it.action.name == "position") {
+            for step in steps.iter().filter(|it| action(it) == Action::Position) {
                 let to_m = step.way().1.height_m();
                 prop_assert!((least_m..=highest_m).contains(&to_m), "{step:?}");
             }
@@ -151,14 +153,14 @@ proptest! {
         let config = Config::for_tests();
         let mut begins = vec![Duration::ZERO];
         for step in &steps {
-            begins.push(begins[begins.len() - 1] + step.flight_time(&config));
+            begins.push(begins[begins.len() - 1] + flight_time(step, &config));
         }
         let lead = config.ask_ahead_s.duration();
         let mut ahead = BTreeSet::new();
         for (during, step) in steps.iter().enumerate() {
-            for it in &step.communication.ask_ahead {
+            for it in &step.ask_ahead {
                 prop_assert!(ahead.insert(it.need.area.clone()), "twice: {steps:?}");
-                let needs = |step: &Step| step.communication.ask.iter().find(|need| need.area == it.need.area).cloned();
+                let needs = |step: &Step| step.ask.iter().find(|need| need.area == it.need.area).cloned();
                 let later = steps.iter().enumerate().find_map(|(index, step)| Some((index, needs(step)?)));
                 prop_assert!(later.is_some(), "asked for by no step: {steps:?}");
                 let Some((later, need)) = later else { continue };
@@ -170,7 +172,7 @@ proptest! {
         }
         for (later, step) in steps.iter().enumerate().filter(|(later, _)| !begins[*later].is_zero()) {
             let is_near = begins[later + 1] - begins[later] < lead;
-            for need in &step.communication.ask {
+            for need in &step.ask {
                 prop_assert_eq!(ahead.contains(&need.area), is_near, "{:?}", &steps);
             }
         }
@@ -190,15 +192,15 @@ proptest! {
         let Answer::Plan(steps) = planner.replan(from(start, &held), Now::default()) else { return Ok(()) };
         let failing = failing.index(steps.len());
         for step in &steps[..failing] {
-            held.extend(step.communication.ask.iter().map(|need| need.area.clone()));
-            planner.flown(step, false, &step.action.to, Now::default());
+            held.extend(step.ask.iter().map(|need| need.area.clone()));
+            planner.flown(step, false, &step.reaches, Now::default());
         }
         let failed = &steps[failing];
         let position = failed.way().0.towards(failed.way().1, progress);
         // Each asked area is granted, or denied, or was lost; one that was held may have been lost too.
         let bit = |index: usize| answers >> (index % 8) & 1 == 1;
         held = held.into_iter().enumerate().filter(|(it, _)| bit(*it)).map(|(_, it)| it).collect();
-        let denied = failed.communication.ask.iter().enumerate().filter(|(it, _)| bit(it + 4)).map(|(_, need)| &need.area);
+        let denied = failed.ask.iter().enumerate().filter(|(it, _)| bit(it + 4)).map(|(_, need)| &need.area);
         let denials = denied.map(|it| Denial { area: it.clone(), kind: if bit(2) { DenialKind::Silent } else { DenialKind::Refused }, reason: "busy".into() }).collect();
         planner.drop_first(failing);
         let failure = Failure { reason: String::new(), interrupted: false };
@@ -220,7 +222,7 @@ proptest! {
         for (start, index, changed) in plans {
             let request = from(start.at_height(height_m), &BTreeSet::new());
             let what = |answer: Answer| match answer {
-                Answer::Plan(steps) => Ok(steps.iter().map(|it| (it.way(), it.communication.clone())).collect::<Vec<_>>()),
+                Answer::Plan(steps) => Ok(steps.iter().map(|it| (it.way(), (it.ask.clone(), it.ask_ahead.clone(), it.auxiliary))).collect::<Vec<_>>()),
                 other => Err(other),
             };
             let new = what(planner(&areas, goal).replan(request.clone(), Now::default()));

@@ -11,6 +11,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::mission_planner::{Answer, MissionPlanner, Question};
+use crate::plan::flight_time_s;
 
 /// A keep-out area across the way, that lasts until then. Straight the way takes 60 s, takeoff and landing included, and the way round it
 /// to the north 95 s.
@@ -189,7 +190,7 @@ fn arrives_s(until_s: Option<i64>, east_m: (f64, f64), north_m: (f64, f64)) -> f
         let question = Question { state, grants: Grants::new(), failed: None, denials: Vec::new() };
         match planner.replan(question, now) {
             Answer::Plan(steps) => {
-                let flown_s: f64 = steps.iter().map(|it| it.flight_time_s(&config)).sum();
+                let flown_s: f64 = steps.iter().map(|it| flight_time_s(it, &config)).sum();
                 return now.time.as_secs_f64() + flown_s;
             }
             Answer::Hold { wait, .. } => now = planner.after(now, wait),
