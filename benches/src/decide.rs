@@ -12,7 +12,7 @@ mod rig;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use decide::{Belief, PlanStage, Progress, Stage};
+use decide::{Inputs, PlanStage, Progress, Stage};
 use domain::contingency::{Moment, Phase, Raised, Severity};
 use domain::situation::Situation;
 
@@ -34,9 +34,9 @@ fn deciding(criterion: &mut Criterion) {
         ("every flag, and an order with override", (0..rows.len()).map(known).collect()),
     ];
     for (name, raised) in cases {
-        let belief = Belief { raised, moment };
+        let inputs = Inputs { raised, moment, progress };
         criterion.bench_function(&format!("decide: {name}"), |bench| {
-            bench.iter(|| decide::decide(black_box(&belief), black_box(rows), black_box(progress)));
+            bench.iter(|| decide::decide(black_box(&inputs), black_box(rows)));
         });
     }
 }

@@ -58,6 +58,13 @@ pub struct Motion {
     pub accepts: Harm,
 }
 
+impl Motion {
+    /// Of a vehicle in the air that flies on from now and does not come down.
+    pub fn in_air(speeds: Speeds) -> Motion {
+        Motion { begins: Duration::ZERO, speeds, airborne: true, accepts: Harm::NONE }
+    }
+}
+
 /// What is planned to happen after this time happens no sooner than this: 20 % sooner.
 pub fn soonest(planned: Duration) -> Duration {
     planned - planned / 5

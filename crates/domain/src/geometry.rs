@@ -49,6 +49,15 @@ impl Ned {
         Ned::new(mix(self.north_m, other.north_m), mix(self.east_m, other.east_m), mix(self.down_m, other.down_m))
     }
 
+    /// The distance over ground to the straight line between two places, in metres.
+    pub fn horizontal_distance_to_line_m(self, from: Ned, to: Ned) -> f64 {
+        let (north_m, east_m) = (to.north_m - from.north_m, to.east_m - from.east_m);
+        let square = north_m * north_m + east_m * east_m;
+        let along = (self.north_m - from.north_m) * north_m + (self.east_m - from.east_m) * east_m;
+        let fraction = if square == 0.0 { 0.0 } else { (along / square).clamp(0.0, 1.0) };
+        self.horizontal_distance_m(from.towards(to, fraction))
+    }
+
     /// Whether every coordinate is a number and within the reach of any aircraft (1,000 km).
     pub(crate) fn is_sound(self) -> bool {
         [self.north_m, self.east_m, self.down_m].iter().all(|it| it.abs() <= 1e6)

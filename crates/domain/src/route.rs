@@ -7,15 +7,6 @@ use crate::geometry::Ned;
 /// A transition shorter than this is not flown, in metres.
 pub const WORTH_FLYING_M: f64 = 1.0;
 
-/// How a transition is flown.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TransitionLimits {
-    /// Slower than the plan's own speed, so that the vehicle is still near when a new plan comes.
-    pub speed_m_s: f64,
-    /// Distance kept to a border that may not be crossed, in metres.
-    pub stand_off_m: f64,
-}
-
 /// Fractions of the straight way from `from` to `to` at which it enters `area`, ascending.
 ///
 /// Leaving is not entering: a way that starts inside enters only where it comes back. Conservative

@@ -121,6 +121,16 @@ pub enum Goal {
 }
 
 impl Goal {
+    /// To fly straight to `target`, however it is turned, and end there.
+    pub fn fly_to(target: Ned, speed_limit_m_s: f64) -> Goal {
+        Goal::Position { target, speed_limit_m_s, yaw_rad: None, hold_at_target: false }
+    }
+
+    /// The same, and to stay there until another goal replaces it.
+    pub fn hold_at(target: Ned, speed_limit_m_s: f64) -> Goal {
+        Goal::Position { target, speed_limit_m_s, yaw_rad: None, hold_at_target: true }
+    }
+
     /// The skill that flies it.
     pub fn skill(&self) -> SkillKind {
         match self {

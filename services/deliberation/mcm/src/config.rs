@@ -4,7 +4,6 @@ use std::time::Duration;
 
 use domain::energy::{EnergyModel, Wind};
 use domain::quantity::{Number, Positive, Seconds};
-use domain::route::TransitionLimits;
 use domain::speeds::Speeds;
 use domain::time::Pace;
 use domain::way::FlightLimits;
@@ -15,7 +14,7 @@ use serde::Deserialize;
 const HEIGHT_CLEARANCE_M: f64 = 2.0;
 
 /// `[mcm]` in the configuration file.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
     /// Longest time between two ticks of the running tree, in milliseconds of wall time. Events
@@ -42,7 +41,8 @@ pub struct Config {
     pub retry_pause_s: Positive,
     /// Nearer than this the vehicle is at the goal of an auxiliary step, in metres. (ENG)
     pub arrival_radius_m: Positive,
-    /// Speed of a transition action, in metres per second. (ENG: a third of the cruise speed.)
+    /// Speed of a transition action, in metres per second, so that the vehicle is still near when a new plan comes. (ENG: a third of the
+    /// cruise speed.)
     pub transition_speed_m_s: Positive,
     /// Distance a transition action keeps to a border it may not cross, in metres.
     pub transition_stand_off_m: Positive,
@@ -134,9 +134,10 @@ pub enum Verdict {
 /// The land detector speaks once a second (PX4 and ArduPilot as shipped, vehicle-sim): two times may be lost.
 const LAND_DETECTOR: Duration = Duration::from_secs(3);
 
-/// The same, ready for use: limits of the machine in mission time with their wall-clock floor.
+/// The same, with what is computed from it: limits of the machine in mission time with their wall-clock floor.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Limits {
+    pub(crate) config: Config,
     pub(crate) tick_period: Duration,
     /// The vehicle's figures.
     pub(crate) energy: EnergyModel,
@@ -148,28 +149,13 @@ pub(crate) struct Limits {
     pub(crate) permission_answer: Duration,
     pub(crate) permission_tries: u32,
     pub(crate) permission_margin: Duration,
-    pub(crate) retry_pause: Duration,
-    pub(crate) arrival_radius_m: f64,
-    pub(crate) transition: TransitionLimits,
-    pub(crate) slow_speed_m_s: f64,
-    pub(crate) climb_by_m: f64,
-    pub(crate) airspeed_m_s: f64,
-    pub(crate) braking_m_s2: f64,
     pub(crate) flight: FlightLimits,
-    pub(crate) farthest_out_m: f64,
-    pub(crate) vertical_margin_m: f64,
-    pub(crate) barrier_limit: Duration,
     pub(crate) leave_lead: Duration,
     pub(crate) airspace_period: Duration,
-    pub(crate) go_ahead_limit: Duration,
     /// Time after which a vehicle on the ground with its motors off has settled: by then the manager has heard what the
     /// monitor found about the landing.
     pub(crate) settle: Duration,
     pub(crate) pace: Pace,
-    pub(crate) start: Start,
-    pub(crate) plan_approval: PlanApproval,
-    pub(crate) plan_approval_limit: Duration,
-    pub(crate) plan_approval_default: Verdict,
     /// Period of status and tree without changes.
     pub(crate) report_period: Duration,
 }
@@ -177,6 +163,7 @@ pub(crate) struct Limits {
 impl Config {
     pub(crate) fn limits(&self, energy: EnergyModel, pace: Pace) -> Limits {
         Limits {
+            config: *self,
             energy,
             tick_period: pace.wall(Duration::from_secs_f64(self.tick_period_ms.get() / 1000.0)),
             request_timeout: pace.limit(self.request_timeout_s.seconds()),
@@ -186,16 +173,6 @@ impl Config {
             permission_answer: self.permission_answer_s.seconds(),
             permission_tries: self.permission_tries.max(1),
             permission_margin: self.permission_margin_s.seconds(),
-            retry_pause: self.retry_pause_s.seconds(),
-            arrival_radius_m: self.arrival_radius_m.get(),
-            transition: TransitionLimits {
-                speed_m_s: self.transition_speed_m_s.get(),
-                stand_off_m: self.transition_stand_off_m.get(),
-            },
-            slow_speed_m_s: self.slow_speed_m_s.get(),
-            climb_by_m: self.climb_by_m.get(),
-            airspeed_m_s: self.airspeed_m_s.get(),
-            braking_m_s2: self.braking_m_s2.get(),
             flight: FlightLimits {
                 speeds: self.speeds(energy.usual_wind()),
                 least_height_m: self.least_height_m.get(),
@@ -205,18 +182,10 @@ impl Config {
                 margin_m: self.margin_m.get(),
                 height_clearance_m: HEIGHT_CLEARANCE_M,
             },
-            farthest_out_m: self.farthest_out_m.get(),
-            vertical_margin_m: self.vertical_margin_m.get(),
-            barrier_limit: self.barrier_limit_s.seconds(),
             leave_lead: self.leave_lead_s.seconds(),
             airspace_period: self.airspace_period_s.seconds().max(pace.wall(Duration::from_millis(20))),
-            go_ahead_limit: self.go_ahead_limit_s.seconds(),
             settle: Duration::from_secs(1).max(pace.wall(Duration::from_millis(100))),
             pace,
-            start: self.start,
-            plan_approval: self.plan_approval,
-            plan_approval_limit: self.plan_approval_limit_s.seconds(),
-            plan_approval_default: self.plan_approval_default,
             report_period: pace.wall(Duration::from_millis(500)),
         }
     }

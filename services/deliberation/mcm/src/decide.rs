@@ -1,19 +1,19 @@
-//! What is decided at a tick: one pure function of what is believed, the table, and how far the mission has come.
+//! What is decided at a tick: one pure function of flags and situation, the table, and how far the mission has come.
 
 use domain::contingency::narrowing::{Narrowing, narrowing};
 use domain::contingency::{Moment, Phase, Raised, Row, responder};
 use domain::situation::Situation;
 use domain::time::Time;
 
-/// What is believed of the vehicle and its flags.
+/// All that a decision follows from, beside the table.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Belief {
+pub(crate) struct Inputs {
     /// The rows whose flags are up, the most urgent one first.
     pub(crate) raised: Vec<Raised>,
     pub(crate) moment: Moment,
+    pub(crate) progress: Progress,
 }
 
-/// How far the mission has come.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Progress {
     pub(crate) stage: Stage,
@@ -129,31 +129,30 @@ pub(crate) enum Waits {
     ForFirstSight,
 }
 
-impl Default for Belief {
+impl Default for Inputs {
     /// Nothing is seen, and no flag is up.
-    fn default() -> Belief {
-        Belief { raised: Vec::new(), moment: Moment { situation: Situation::Unseen, phase: Phase::Cruise } }
+    fn default() -> Inputs {
+        let moment = Moment { situation: Situation::Unseen, phase: Phase::Cruise };
+        Inputs { raised: Vec::new(), moment, progress: Progress::default() }
     }
 }
 
 impl Decision {
     /// The row that responds; `None`: the mission goes on, or is over.
     pub(crate) fn responder(&self) -> Option<usize> {
-        match self.activity {
-            Activity::Respond(row) => Some(row),
-            _ => None,
-        }
+        let Activity::Respond(row) = self.activity else { return None };
+        Some(row)
     }
 }
 
 /// Decides. It does not know the time: what follows when a wait is over is done by who waits.
-pub(crate) fn decide(belief: &Belief, rows: &[Row], progress: Progress) -> Decision {
-    let Belief { raised, moment } = belief;
+pub(crate) fn decide(inputs: &Inputs, rows: &[Row]) -> Decision {
+    let Inputs { raised, moment, progress } = inputs;
     let responds = responder(rows, raised.iter().copied(), *moment);
     let waits = raised.iter().filter_map(|it| Some((it.row, waits(rows.get(it.row)?, it.row, responds, *moment)?)));
     Decision {
-        activity: activity(responds, progress),
-        wait: wait(progress),
+        activity: activity(responds, *progress),
+        wait: wait(*progress),
         narrowing: narrowing(rows, raised.iter().copied(), moment.phase),
         waits: waits.collect(),
     }
@@ -196,7 +195,7 @@ fn waits(row: &Row, number: usize, responder: Option<usize>, moment: Moment) -> 
 impl Default for Decision {
     /// Before the first tick.
     fn default() -> Decision {
-        decide(&Belief::default(), &[], Progress::default())
+        decide(&Inputs::default(), &[])
     }
 }
 

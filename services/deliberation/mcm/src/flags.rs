@@ -24,7 +24,6 @@ pub(crate) struct Flags {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Flag {
     pub(crate) since: Time,
-    /// Why it was raised.
     pub(crate) reason: String,
     /// The value that it was raised by. A restart of the manager forgets it: the reason has it in words.
     pub(crate) measured: Option<Measured>,
@@ -46,7 +45,6 @@ impl Flag {
 }
 
 impl Flags {
-    /// All down.
     pub(crate) fn of(table: &Contingencies) -> Flags {
         let names: Vec<Arc<str>> = table.rows().iter().map(|it| it.flag.as_str().into()).collect();
         let numbers = names.iter().cloned().zip(0..).collect();
@@ -58,7 +56,6 @@ impl Flags {
         self.numbers.get(name).copied()
     }
 
-    /// The name of a row's flag.
     pub(crate) fn name(&self, row: usize) -> &Arc<str> {
         &self.names[row]
     }
@@ -103,14 +100,12 @@ impl Flags {
         }
     }
 
-    /// An operator has acknowledged the flag.
     pub(crate) fn acknowledge(&mut self, name: &str, by: &str) {
         if let Some(flag) = self.get_mut(name) {
             flag.acknowledged_by = Some(by.to_owned());
         }
     }
 
-    /// Takes a flag down.
     pub(crate) fn lower(&mut self, name: &str) {
         self.up.retain(|(row, _)| *self.names[*row] != *name);
     }
@@ -119,7 +114,6 @@ impl Flags {
         self.iter().find(|(other, _)| *other == name).map(|(_, flag)| flag)
     }
 
-    /// The flag of a row, if it is up.
     pub(crate) fn of_row(&self, row: usize) -> Option<&Flag> {
         self.place(row).ok().map(|place| &self.up[place].1)
     }

@@ -52,26 +52,16 @@ pub(crate) enum Passed {
 /// The decisions of this wake, and what later ones may follow from.
 #[derive(Debug, Default)]
 pub(crate) struct Journal {
-    numbers: Numbers,
+    /// Those of this process lie above those of the process before.
+    pub(crate) numbers: Numbers,
     pending: Vec<(Now, Entry)>,
     repeats: Repeats,
     threads: Threads,
 }
 
 impl Journal {
-    /// Notes a decision.
     pub(crate) fn decided(&mut self, at: Now, entry: Entry) {
         self.pending.push((at, entry));
-    }
-
-    /// A number above that of every record so far, to be persisted.
-    pub(crate) fn ceiling(&self) -> u64 {
-        self.numbers.ceiling()
-    }
-
-    /// The records of the manager before have numbers up to this one.
-    pub(crate) fn number_above(&mut self, ceiling: u64) {
-        self.numbers.go_on_above(ceiling);
     }
 
     /// The records of the decisions since the last call. Of contingencies the same comes a few times only within some seconds.

@@ -104,7 +104,7 @@ impl Mcm {
 
     /// Publishes no `mcm/tree`: where nobody reads it, it would be most of what a flight costs. It decides nothing.
     pub fn without_its_tree(mut self) -> Mcm {
-        self.reporter.leave_out_tree();
+        self.reporter.leaves_out_tree = true;
         self
     }
 
@@ -147,7 +147,7 @@ impl Mcm {
         }
         let answer = self.tree.tick_once(now.since_start(), &mut self.world);
         if let Some(timing) = &mut self.timing {
-            self.reporter.ticked(timing.tick_ended());
+            self.reporter.tick_times.add(timing.tick_ended());
         }
         self.ticks += 1;
         for error in self.tree.take_errors().0 {
@@ -184,7 +184,7 @@ impl Node for Mcm {
             Event::Reply { call, result } => self.world.take_reply(call, result),
             Event::Request { token, request: Request::OperatorCommand(command), .. } => {
                 let reply = self.world.obey(command);
-                self.world.reply(token, Response::OperatorCommand(reply));
+                self.world.out.outbox.reply(token, Response::OperatorCommand(reply));
                 if self.world.takes_new_tree() {
                     self.begin_tree(now);
                 }
@@ -208,14 +208,14 @@ impl Node for Mcm {
         // Decisions first: who stops listening at the report has heard why.
         self.world.publish_decisions();
         // Not while something waits to be sent: a response must not wait for what it may need later.
-        if self.reporter.next() <= now.time && self.world.has_nothing_to_send() {
+        if self.reporter.next <= now.time && self.world.out.outbox.is_empty() {
             self.world.look_ahead();
         }
         self.reporter.report(&self.tree, &mut self.world, self.ticks);
         if let Some(record) = self.timing.as_mut().and_then(|timing| timing.end_wake(&mut self.tree)) {
-            self.world.publish(record);
+            self.world.out.outbox.publish(record);
         }
-        self.world.drain_into(effects);
+        self.world.out.outbox.drain_into(effects);
     }
 
     fn answers_later(&self, token: Token) -> bool {
@@ -223,7 +223,7 @@ impl Node for Mcm {
     }
 
     fn deadline(&self) -> Option<Time> {
-        [self.next_tick, Some(self.reporter.next()), self.world.deadline()].into_iter().flatten().min()
+        [self.next_tick, Some(self.reporter.next), self.world.deadline()].into_iter().flatten().min()
     }
 }
 

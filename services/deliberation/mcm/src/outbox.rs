@@ -13,7 +13,6 @@ pub(crate) enum Purpose {
     StartSkill(String),
     /// The cancellation of this skill.
     CancelSkill(u64),
-    /// The skill manager's table.
     SkillTable,
     /// A new plan, by its request id.
     Replan(String),
@@ -23,7 +22,6 @@ pub(crate) enum Purpose {
     Permission(String),
 }
 
-/// Effects on their way out.
 #[derive(Debug, Default)]
 pub(crate) struct Outbox {
     effects: Vec<Effect>,

@@ -14,11 +14,9 @@ pub(crate) struct Permits {
     pub(crate) grants: Grants,
     /// Where the grants are from that are not live.
     pub(crate) sources: BTreeMap<String, Source>,
-    /// The areas around the vehicle.
     pub(crate) around: BTreeSet<String>,
     /// Areas around the vehicle that take a permission of which the tower has not been heard since the start: for three seconds at most.
     pub(crate) not_heard_yet: BTreeSet<String>,
-    /// The vehicle flies.
     pub(crate) flying: bool,
     /// A flag forbids to enter an area in which the vehicle is not already.
     pub(crate) no_new_area: bool,
@@ -38,7 +36,6 @@ pub(crate) enum Beyond {
 }
 
 impl Beyond {
-    /// The areas that are entered without permission.
     pub(crate) fn areas(&self) -> impl Iterator<Item = &String> {
         let areas = match self {
             Beyond::Into(areas) => Some(areas),
@@ -65,8 +62,9 @@ impl Permits {
         grants
     }
 
-    /// May a way, a plan or a step on the ground begin? Not into an area that a flag forbids.
-    pub(crate) fn to_begin(&self) -> Grants {
+    /// Which areas may a way, a plan or a step on the ground enter? None that a flag forbids, and those that the response enters without
+    /// permission.
+    pub(crate) fn to_enter(&self) -> Grants {
         let mut grants = self.to_land();
         grants.extend(self.beyond.areas().map(|it| (it.clone(), Duration::MAX)));
         grants
@@ -76,17 +74,14 @@ impl Permits {
     pub(crate) fn to_land(&self) -> Grants {
         let mut grants = self.grants.clone();
         let takes_all = self.beyond != Beyond::Nowhere;
-        grants.retain(|name, _| takes_all || (self.is_allowed(name) && self.is_enough_to_begin(name)));
+        let is_allowed = |area: &String| !self.no_new_area || self.around.contains(area);
+        grants.retain(|name, _| takes_all || (is_allowed(name) && self.is_enough_to_begin(name)));
         grants
     }
 
     /// Whether `area` is held, and only a flag forbids to enter it.
     pub(crate) fn is_only_forbidden(&self, area: &str) -> bool {
         self.grants.contains_key(area) && self.is_enough_to_begin(area)
-    }
-
-    fn is_allowed(&self, area: &str) -> bool {
-        !self.no_new_area || self.around.contains(area)
     }
 
     fn is_enough_to_begin(&self, area: &str) -> bool {
@@ -101,7 +96,6 @@ impl Permits {
     }
 }
 
-/// The areas that are held for longer than `margin`.
 pub(crate) fn held_for(grants: &Grants, margin: Duration) -> Vec<String> {
     grants.iter().filter(|(_, left)| margin < **left).map(|(name, _)| name.clone()).collect()
 }
@@ -132,7 +126,7 @@ mod tests {
         let names = |grants: Grants| grants.into_keys().collect::<Vec<_>>().join(" ");
         assert_eq!(names(permits.to_stay()), stay, "to stay");
         assert_eq!(names(permits.to_continue()), go_on, "to continue");
-        assert_eq!(names(permits.to_begin()), begin, "to begin");
+        assert_eq!(names(permits.to_enter()), begin, "to enter");
     }
 
     #[test]

@@ -25,7 +25,6 @@ impl Default for Period {
 }
 
 impl TickTimes {
-    /// Adds a tick.
     pub(crate) fn add(&mut self, took_ns: u64) {
         self.present.classes[class(took_ns)] += 1;
         self.present.max_ns = self.present.max_ns.max(took_ns);

@@ -52,7 +52,6 @@ impl Timing {
         self.woken_ns.get_or_insert_with(self.now_ns);
     }
 
-    /// The tree begins to be ticked.
     pub(crate) fn tick_begins(&mut self) {
         self.ticked_ns = (self.now_ns)();
     }

@@ -94,13 +94,10 @@ fn branch(row: &Row) -> Element {
         .attribute("name", &format!("respond to {}", row.flag))
         .child(leaf("BeginResponse"))
         .child(
-            retry(-1, Element::new("Sequence").child(chain).child(leaf("ResetFlag"))).attribute("name", &until(row)),
+            retry(-1, Element::new("Sequence").child(chain).child(leaf("ResetFlag")))
+                .attribute("name", &format!("until {} is over", row.flag)),
         );
     Element::new("ReactiveSequence").attribute("name", &row.flag).child(leaf("Responds")).child(response)
-}
-
-fn until(row: &Row) -> String {
-    format!("until {} is over", row.flag)
 }
 
 /// All tries of an action, each only if it is possible. The last action is tried whatever is missing.

@@ -40,7 +40,6 @@ pub(crate) struct Vehicle {
     pub(crate) pre_empted: bool,
     /// Positions of different epochs cannot be compared.
     pub(crate) frame_epoch: u64,
-    /// Where the local frame has its origin, if that is known.
     pub(crate) origin: Option<Origin>,
     /// The wind as it is estimated, towards north and east in m/s; `None` where it is not.
     pub(crate) wind: Option<(f64, f64)>,
@@ -52,7 +51,6 @@ pub(crate) struct Vehicle {
 /// How old what is known of the vehicle is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Heard {
-    /// When the introspection arrived.
     pub(crate) at: Time,
     /// When the position was measured, by the vehicle's clock.
     position_us: u64,
@@ -70,7 +68,6 @@ pub(crate) struct FlightJudge {
 }
 
 impl FlightJudge {
-    /// Nothing is known yet.
     pub(crate) fn new(pace: Pace) -> FlightJudge {
         FlightJudge { state: FlightState::default(), pace, frame_epoch: None, pre_emption: PreEmption::default() }
     }
@@ -93,7 +90,6 @@ pub(crate) struct ConfirmedState {
 }
 
 impl ConfirmedState {
-    /// Takes in an event of a skill.
     pub(crate) fn learn_from(&mut self, now: Time, event: &SkillEvent) {
         if event.phase != SkillPhase::Ended(SkillOutcome::Succeeded) {
             return;

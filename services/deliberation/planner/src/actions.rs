@@ -35,7 +35,6 @@ impl Action {
     pub(crate) const ALL: [Action; 5] =
         [Action::Land, Action::Takeoff, Action::Stop, Action::Position, Action::Release];
 
-    /// The one that is flown by `goal`.
     pub(crate) fn of(goal: &Goal) -> Action {
         match goal {
             Goal::Land => Action::Land,
@@ -118,8 +117,7 @@ impl Action {
                 (Goal::Stop, when(Some(from.flying), None), when(Some(from.flying), mode))
             }
             Action::Position => {
-                let (target, speed_limit_m_s) = (goal.position, config.cruise_speed_m_s.get());
-                let goal = Goal::Position { target, speed_limit_m_s, yaw_rad: None, hold_at_target: false };
+                let goal = Goal::fly_to(goal.position, config.cruise_speed_m_s.get());
                 (goal, when(in_air, None), when(in_air, Some(FlightMode::Offboard)))
             }
             Action::Release => {

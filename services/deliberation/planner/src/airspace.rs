@@ -20,7 +20,6 @@ use crate::permissions::{Permissions, Standing};
 /// An area, with what it takes to enter it while it applies.
 #[derive(Debug, Clone)]
 pub(crate) struct Zone<'a> {
-    /// The area itself.
     pub area: &'a Area,
     /// What it takes to get a permission that is not held for long enough.
     pub access: Access,
@@ -31,7 +30,6 @@ pub(crate) struct Zone<'a> {
 pub(crate) enum Access {
     /// Asking for it, and a wait that is to be expected.
     Ask {
-        /// In seconds.
         wait_s: f64,
         /// It was denied when it was last asked for.
         denied: bool,
@@ -57,7 +55,6 @@ pub(crate) struct Around {
     pub ground: KnownGround,
 }
 
-/// Every area of the mission.
 #[derive(Debug, Clone)]
 pub(crate) struct Airspace<'a> {
     /// The rule that the mission manager flies by.
@@ -106,11 +103,6 @@ impl<'a> Airspace<'a> {
         self.map.is_trespassed(&self.rule, point)
     }
 
-    /// The rule for one zone.
-    fn alone(&self, zone: usize) -> airspace::Airspace<'a> {
-        airspace::Airspace { areas: std::slice::from_ref(self.zones[zone].area), ..self.rule }
-    }
-
     /// Whether `zone` must not be stayed in between two moments by a plan that has asked for `asked`.
     pub(crate) fn is_barred(&self, zone: usize, asked: &Asked, from: Duration, until: Duration) -> bool {
         let Some(Zone { area, .. }) = self.zones.get(zone) else { return false };
@@ -126,7 +118,8 @@ impl<'a> Airspace<'a> {
             if self.zones[index].area.kind == AreaKind::Permission && asked.contains(&index) {
                 return None;
             }
-            let breach = self.alone(index).first_breach(from, to, motion)?;
+            let alone = airspace::Airspace { areas: std::slice::from_ref(self.zones[index].area), ..self.rule };
+            let breach = alone.first_breach(from, to, motion)?;
             Some((if way_m > 0.0 { from.distance_m(breach.at) / way_m } else { 0.0 }, index))
         };
         let mut found: Vec<_> = self.map.along(from, to).into_iter().filter_map(entry).collect();

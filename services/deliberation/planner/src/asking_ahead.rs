@@ -21,7 +21,7 @@ pub(crate) fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
     let begins = beginnings(steps, config);
     for later in 1..steps.len() {
         let border_at = begins[later].saturating_add(flight_time(&steps[later], config));
-        let asked_at = border_at.saturating_sub(config.ask_ahead_s.duration());
+        let asked_at = border_at.saturating_sub(config.ask_ahead_s.seconds());
         if begins[later] <= asked_at {
             // It asks early enough itself.
             continue;

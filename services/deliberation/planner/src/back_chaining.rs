@@ -4,16 +4,12 @@ use domain::state::{State, Tolerance};
 
 use crate::actions::Action;
 use crate::config::Config;
-use crate::score::score;
 
 /// An action between the state it starts from and the one it reaches.
 #[derive(Debug, Clone)]
 pub(crate) struct Link {
-    /// Which action.
     pub action: Action,
-    /// Where it starts.
     pub from: State,
-    /// What it reaches.
     pub to: State,
 }
 
@@ -51,6 +47,16 @@ pub(crate) fn chain(start: &State, goal: &State, tolerance: Tolerance, config: &
         first.from = start.clone();
     }
     Ok(links)
+}
+
+/// How near `state` comes to `start`; less is nearer. The place counts first, then whether the vehicle is in the air, because only flying
+/// changes the place. The height counts last.
+fn score(state: &State, start: &State, tolerance: Tolerance) -> (u64, bool, u64) {
+    let millimetres = |metres: f64| (metres.abs() * 1e3).round() as u64;
+    let apart_m = state.position.horizontal_distance_m(start.position);
+    let over_ground = if state.is_over(start, tolerance) { 0 } else { millimetres(apart_m) };
+    let height = millimetres(state.position.height_m() - start.position.height_m());
+    (over_ground, state.flying != start.flying, height)
 }
 
 #[cfg(test)]

@@ -9,7 +9,6 @@ use std::time::Duration;
 use domain::airspace::{Motion, latest};
 use domain::area::AreaKind;
 use domain::geometry::Ned;
-use domain::harm::Harm;
 use domain::plan::{PermissionNeed, Step};
 use domain::site::{Site, SiteKind};
 use domain::skill::Goal;
@@ -38,7 +37,7 @@ pub(crate) fn ask_for(
     let Some(takeoff) = steps.iter().position(takes_off).filter(|_| !state.flying) else { return Ok(()) };
     let (end, lands_after) = landing(steps, objectives, judge);
     let speeds = judge.config.speeds();
-    let motion = Motion { begins: lands_after, speeds, airborne: true, accepts: Harm::NONE };
+    let motion = Motion { begins: lands_after, ..Motion::in_air(speeds) };
     let over = |place: Ned| place.at_height(place.height_m() + judge.config.takeoff_height_m.get());
     let sites = sites.iter().filter(|it| it.kind == SiteKind::Landing).map(|it| it.position);
     let places = [end, Ned::default()].into_iter().chain(sites);
@@ -78,7 +77,7 @@ fn needed(zone: &Zone, lasts: Duration) -> Result<PermissionNeed, String> {
 /// Where the mission ends on the ground, and when the landing there begins, from now on.
 fn landing(steps: &[Step], objectives: &Objectives, judge: &Judge) -> (Ned, Duration) {
     let (waiting, all) = (objectives.waiting(), objectives.all());
-    let stay_s = |index: usize| all[index].terms.dwell.as_secs_f64();
+    let stay_s = |index: usize| all[index].terms().dwell.as_secs_f64();
     let there_s: f64 = steps.iter().map(|it| flight_time_s(it, judge.config)).sum();
     let first_s = waiting.first().map_or(0.0, |it| stay_s(*it));
     let hop_s = |pair: &[usize]| judge.visit(&all[pair[0]].goal, &all[pair[1]]).time_s + stay_s(pair[1]);

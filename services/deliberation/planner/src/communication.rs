@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use domain::airspace::Motion;
 use domain::geometry::Ned;
-use domain::harm::Harm;
 use domain::way::{Asked, TimedWay};
 
 use crate::airspace::Airspace;
@@ -76,7 +75,7 @@ fn borders(way: &TimedWay, milestones: &[f64], airspace: &Airspace, asked: &Aske
     let legs = std::iter::zip(way.points.windows(2), &way.at);
     // Nothing is asked for to get out.
     for ((leg, begins), start_m) in std::iter::zip(legs, milestones).skip(way.legs_out) {
-        let motion = Motion { begins: *begins, speeds: config.speeds(), airborne: true, accepts: Harm::NONE };
+        let motion = Motion { begins: *begins, ..Motion::in_air(config.speeds()) };
         for (fraction, zone) in airspace.first_entries(leg[0], leg[1], motion, &asked) {
             asked.insert(zone);
             found.push(Border { at_m: start_m + fraction * leg[0].distance_m(leg[1]), zone });

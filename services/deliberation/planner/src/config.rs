@@ -1,14 +1,12 @@
 //! The planner's parameters.
 
 use domain::energy::Wind;
-use domain::quantity::{Fraction, Positive};
+use domain::quantity::{Fraction, Number, Positive, Seconds};
 use domain::speeds::Speeds;
 use domain::state::Tolerance;
 use domain::way::FlightLimits;
-use serde::de::Error;
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 use std::num::NonZeroU32;
-use std::time::Duration;
 
 /// Section `[planner]` of the configuration. Durations are mission time.
 #[derive(Debug, Clone, Deserialize)]
@@ -23,9 +21,8 @@ pub struct Config {
     pub cruise_speed_m_s: Positive,
     /// The fastest that the vehicle flies through the air, in m/s: against a wind that leaves less of it than the cruise speed, legs
     /// take longer, and in a wind that is as fast nothing is flown. (PX4: MPC_XY_VEL_MAX of 12 m/s is over ground; ENG: what a
-    /// multirotor of this power holds with a reserve for gusts.)
-    #[serde(deserialize_with = "airspeed")]
-    pub airspeed_m_s: Positive,
+    /// multirotor of this power holds with a reserve for gusts. What is slower than 1 m/s stands in every breeze, and none is faster than 100.)
+    pub airspeed_m_s: Number<1, 100>,
     /// Where to wait before the border of an area, in metres. (ENG: the braking distance from the
     /// cruise speed at PX4's MPC_ACC_HOR of 3 m/s^2 is 17 m.)
     pub stand_off_m: Positive,
@@ -82,7 +79,7 @@ pub struct Config {
     /// A permission is asked for at least this long before the vehicle is at the border, during an earlier step if need be, in
     /// seconds, from 0 to 120; 0: no earlier than in the step that leads to the border. (ENG: a tower decides within some
     /// seconds; SPEC 5 has its answer awaited for 10 s.)
-    pub ask_ahead_s: LeadTime,
+    pub ask_ahead_s: Seconds<0, 120_000>,
     /// A permission denied with a reason is asked for once more after this time, in seconds.
     /// (SPEC 5: 30 s.)
     pub retry_after_denial_s: Positive,
@@ -100,15 +97,6 @@ pub struct Config {
 
 fn calm() -> Wind {
     Wind::CALM
-}
-
-/// From 1 to 100 m/s: what is slower stands in every breeze, and no multirotor is faster.
-fn airspeed<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Positive, D::Error> {
-    let speed = Positive::deserialize(deserializer)?;
-    match (1.0..=100.0).contains(&speed.get()) {
-        true => Ok(speed),
-        false => Err(D::Error::custom(format!("found {} m/s, expected an airspeed from 1 to 100 m/s", speed.get()))),
-    }
 }
 
 /// Metres over ground: from 0.1, since no position is known better, to 10, the least distance of a mission's places from the border
@@ -131,30 +119,6 @@ impl TryFrom<f64> for OriginTolerance {
             Ok(OriginTolerance(metres))
         } else {
             Err(format!("found {metres}, expected metres from 0.1 to 10"))
-        }
-    }
-}
-
-/// How long before a border a permission is asked for, in seconds: 0 to 120. (ENG: more than that, and a grant is spent on
-/// the way.)
-#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Deserialize)]
-#[serde(try_from = "f64")]
-pub struct LeadTime(f64);
-
-impl LeadTime {
-    /// The time.
-    pub fn duration(self) -> Duration {
-        Duration::from_secs_f64(self.0)
-    }
-}
-
-impl TryFrom<f64> for LeadTime {
-    type Error = String;
-    fn try_from(seconds: f64) -> Result<LeadTime, String> {
-        if (0.0..=120.0).contains(&seconds) {
-            Ok(LeadTime(seconds))
-        } else {
-            Err(format!("found {seconds}, expected a number of seconds from 0 to 120"))
         }
     }
 }
@@ -272,9 +236,9 @@ mod tests {
             let told = Config::read_for_tests(&text).map(|_| ()).unwrap_err().to_string();
             assert!(told.contains(expected), "{told}");
         }
-        check("0.5", "found 0.5 m/s, expected an airspeed from 1 to 100 m/s");
-        check("150.0", "found 150 m/s, expected an airspeed from 1 to 100 m/s");
-        check("nan", "found NaN, expected a number between");
+        check("0.5", "found 0.5, expected a number from 1 to 100");
+        check("150.0", "found 150, expected a number from 1 to 100");
+        check("nan", "found NaN, expected a number from 1 to 100");
         let without = Config::TEXT.replace("airspeed_m_s = 15.0", "");
         assert!(Config::read_for_tests(&without).unwrap_err().to_string().contains("missing field `airspeed_m_s`"));
     }
@@ -289,14 +253,5 @@ mod tests {
             assert_eq!(OriginTolerance::try_from(bad), Err(expected));
         }
         assert!(OriginTolerance::try_from(f64::NAN).is_err());
-    }
-
-    #[test]
-    fn a_lead_time_is_from_0_to_120_seconds() {
-        assert_eq!(LeadTime::try_from(0.0).unwrap().duration(), Duration::ZERO);
-        assert_eq!(LeadTime::try_from(120.0).unwrap().duration(), Duration::from_secs(120));
-        for refused in [-0.1, 120.1, f64::NAN] {
-            assert!(LeadTime::try_from(refused).is_err(), "{refused}");
-        }
     }
 }

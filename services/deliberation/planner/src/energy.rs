@@ -18,9 +18,7 @@ use crate::plan::flight_time_s;
 /// By what steps and ways are judged.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Judge<'a> {
-    /// The vehicle's figures.
     pub model: &'a EnergyModel,
-    /// The wind.
     pub wind: Wind,
     /// Speeds and tolerances.
     pub config: &'a Config,
@@ -31,7 +29,6 @@ pub(crate) struct Judge<'a> {
 pub(crate) struct Hop {
     /// At the speeds that are planned with, in seconds.
     pub time_s: f64,
-    /// In Wh.
     pub energy_wh: f64,
 }
 
@@ -40,11 +37,6 @@ impl Judge<'_> {
     pub(crate) fn step_wh(&self, step: &Step) -> f64 {
         let (from, to) = step.way();
         self.piece_wh(&step.nominal.goal, from, to, flight_time_s(step, self.config))
-    }
-
-    /// What all of `steps` take, in Wh.
-    pub(crate) fn steps_wh(&self, steps: &[Step]) -> f64 {
-        steps.iter().map(|it| self.step_wh(it)).sum()
     }
 
     /// What a stay at `goal` takes, in Wh: nothing on the ground.
@@ -109,8 +101,9 @@ pub(crate) fn to_give_up(
     let (waiting, all) = (objectives.waiting(), objectives.all());
     let current = all.get(*waiting.first()?)?;
     let budget = judge.model.budget(charge);
-    let stay_s = |index: usize| all[index].terms.dwell.as_secs_f64();
-    let there_wh = judge.steps_wh(steps) + judge.stay_wh(&current.goal, stay_s(waiting[0]));
+    let stay_s = |index: usize| all[index].terms().dwell.as_secs_f64();
+    let there_wh =
+        steps.iter().map(|it| judge.step_wh(it)).sum::<f64>() + judge.stay_wh(&current.goal, stay_s(waiting[0]));
     let hops = waiting.windows(2).map(|pair| {
         let (from, to) = (&all[pair[0]].goal, &all[pair[1]]);
         judge.visit(from, to).energy_wh + judge.stay_wh(&to.goal, stay_s(pair[1]))
@@ -134,7 +127,7 @@ pub(crate) fn to_give_up(
 
 /// Of the objectives that wait and are optional, the one that is worth least; of equal ones the last.
 fn least_worth(objectives: &Objectives) -> Option<(usize, f64)> {
-    let optional = objectives.all().iter().enumerate().filter(|(_, it)| it.progress == Progress::Waiting);
-    let worth = optional.filter_map(|(index, it)| Some((index, it.terms.worth?)));
+    let optional = objectives.all().iter().enumerate().filter(|(_, it)| it.status.progress == Progress::Waiting);
+    let worth = optional.filter_map(|(index, it)| Some((index, it.terms().worth?)));
     worth.reduce(|least, it| if it.1 <= least.1 { it } else { least })
 }

@@ -39,7 +39,6 @@ pub(crate) struct MissionForecast {
 /// What one objective takes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Forecast {
-    /// Its name.
     pub objective: String,
     /// What it is worth; `None` if it is required.
     pub worth: Option<f64>,
@@ -55,7 +54,6 @@ pub(crate) struct Forecast {
     pub begins_s: f64,
     /// At the speeds that are planned with, in seconds, waits not counted.
     pub flight_time_s: f64,
-    /// In metres.
     pub length_m: f64,
     /// In Wh, the stay included.
     pub energy_wh: f64,
@@ -66,7 +64,6 @@ pub(crate) struct Forecast {
 /// A permission and when it is needed, in seconds from now on.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PermissionForecast {
-    /// For which area.
     pub area: String,
     /// When it is asked for.
     pub asked_s: f64,
@@ -79,13 +76,10 @@ pub(crate) struct PermissionForecast {
 /// A step as it is forecast.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LegForecast {
-    /// In words.
     pub text: String,
     /// Where it begins and ends.
     pub way: (Ned, Ned),
-    /// In seconds.
     pub time_s: f64,
-    /// In Wh.
     pub energy_wh: f64,
     /// The charge of the battery at its end, 0 to 1; `None` if it is not known.
     pub charge: Option<f64>,
@@ -141,7 +135,7 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
         let answer = planner.replan(question(&state), now);
         let index = planner.objectives().current_index();
         if let Some(objective) = planner.objectives().all().get(index)
-            && forecasts.last().is_none_or(|it| it.objective != objective.name)
+            && forecasts.last().is_none_or(|it| it.objective != objective.status.objective.name)
         {
             forecasts.push(blank(objective));
         }
@@ -190,8 +184,11 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
 /// A forecast for each objective, in the order in which they were attempted, with what became of it.
 fn settled(planner: &MissionPlanner, forecasts: &mut Vec<Forecast>) -> Vec<Forecast> {
     let settle = |objective: &Objective| {
-        let made = forecasts.iter().position(|it| it.objective == objective.name).map(|it| forecasts.swap_remove(it));
-        let unreachable = match &objective.progress {
+        let made = forecasts
+            .iter()
+            .position(|it| it.objective == objective.status.objective.name)
+            .map(|it| forecasts.swap_remove(it));
+        let unreachable = match &objective.status.progress {
             Progress::Success => None,
             Progress::Failure(reason) => Some(reason.clone()),
             Progress::Waiting => Some("not reached within the waits of a forecast".into()),
@@ -206,7 +203,8 @@ fn question(state: &State) -> Question {
 }
 
 fn blank(objective: &Objective) -> Forecast {
-    Forecast { objective: objective.name.clone(), worth: objective.terms.worth, ..Forecast::default() }
+    let asked = &objective.status.objective;
+    Forecast { objective: asked.name.clone(), worth: asked.terms.worth, ..Forecast::default() }
 }
 
 /// `steps` as legs; the first begins `begins_s` from now on, when `used_wh` have been used.

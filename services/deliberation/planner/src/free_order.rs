@@ -53,8 +53,8 @@ pub(crate) fn choose(
         between_s: all.iter().map(|from| all.iter().map(|to| time_s(&from.goal, to)).collect()).collect(),
         // A mission that ends in the air is followed by the way home.
         to_end_s: all.iter().map(|it| if it.goal.flying { judge.home(&it.goal).time_s } else { 0.0 }).collect(),
-        stay_s: all.iter().map(|it| it.terms.dwell.as_secs_f64()).collect(),
-        after: all.iter().map(|it| places(&it.terms.after, &all)).collect(),
+        stay_s: all.iter().map(|it| it.terms().dwell.as_secs_f64()).collect(),
+        after: all.iter().map(|it| places(&it.terms().after, &all)).collect(),
         deadline_s: all.iter().map(|it| time_left_s(it)).collect(),
     };
     let without_deadlines = || Problem { deadline_s: vec![None; all.len()], ..problem.clone() };
@@ -68,5 +68,5 @@ pub(crate) fn choose(
 
 /// Where the objectives with these names are; those that are settled have no place.
 fn places(names: &[String], all: &[&Objective]) -> Vec<usize> {
-    names.iter().filter_map(|name| all.iter().position(|it| it.name == *name)).collect()
+    names.iter().filter_map(|name| all.iter().position(|it| it.status.objective.name == *name)).collect()
 }

@@ -13,7 +13,6 @@ use crate::plan::{flight_time, free_time_to, way_to_keep_free};
 /// A permission that would have to hold for longer than it was ever granted.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct TooShort {
-    /// For which area.
     pub area: String,
     /// For the mission report.
     pub reason: String,

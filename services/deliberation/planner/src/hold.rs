@@ -14,7 +14,6 @@ use crate::plan::{asking, flight_time};
 /// Waiting for an area's back-off to end.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Hold {
-    /// Which area.
     pub area: String,
     /// When the hold began.
     pub since: Time,

@@ -14,7 +14,7 @@ use domain::state::State;
 use domain::time::Now;
 
 use crate::mission_planner::origin::{Misfit, misfit};
-use crate::mission_request::Refusal;
+use crate::mission_request::Told;
 
 /// The areas that the control tower has denied or revoked last, or may have, each with the number of that decision, which is its time.
 pub(crate) type Closed = BTreeMap<String, u64>;
@@ -39,7 +39,7 @@ impl LastingAreas<'_> {
         &self,
         mut mission: Mission,
         is_renewed: impl Fn(&Feed) -> bool,
-    ) -> Result<(Mission, Option<String>), Refusal> {
+    ) -> Result<(Mission, Option<String>), Told> {
         let listed: BTreeMap<String, usize> =
             mission.areas.iter().enumerate().map(|(index, it)| (it.name.clone(), index)).collect();
         let data_sets = self.present.feeds.iter().filter(|it| it.is_data_set());
@@ -66,7 +66,14 @@ impl LastingAreas<'_> {
                     mission.areas.push(area);
                 }
                 Some(at) if is_same(&mission.areas[*at], &area) => mission.areas[*at] = area,
-                Some(_) => return Err(Refusal::new(another_of_the_name(&area, source))),
+                Some(_) => {
+                    let feed = format!("feed `{}`", source.name);
+                    let of = if source.is_data_set() { &feed } else { "the control tower" };
+                    let name = &area.name;
+                    return Err(Told::new(format!(
+                        "area `{name}` is another one than that of {of}: leave it as it is, or give it another name"
+                    )));
+                }
             }
         }
         for mut feed in sources.into_values() {
@@ -126,17 +133,12 @@ fn is_same(a: &Area, b: &Area) -> bool {
         && (a.from_utc_ms, a.until_utc_ms, &a.hours) == (b.from_utc_ms, b.until_utc_ms, &b.hours)
 }
 
-fn another_of_the_name(area: &Area, source: &Feed) -> String {
-    let of = if source.is_data_set() { format!("feed `{}`", source.name) } else { "the control tower".to_owned() };
-    format!("area `{}` is another one than that of {of}: leave it as it is, or give it another name", area.name)
-}
-
 /// A mission has no more areas and corners than one file may have.
-fn within_bounds(mission: &Mission) -> Result<(), Refusal> {
+fn within_bounds(mission: &Mission) -> Result<(), Told> {
     let areas = mission.areas.len();
     let corners: usize = mission.areas.iter().flat_map(Area::rings).map(<[_]>::len).sum();
     if MOST_AREAS < areas || MOST_CORNERS < corners {
-        return Err(Refusal::new(format!(
+        return Err(Told::new(format!(
             "the mission would have {areas} areas with {corners} corners, at most {MOST_AREAS} with {MOST_CORNERS} are allowed"
         )));
     }

@@ -43,7 +43,6 @@ mod permissions;
 mod plan;
 mod repair;
 mod routing;
-mod score;
 mod stuck;
 mod survey;
 mod wire;
@@ -144,7 +143,7 @@ impl Planner {
             mission_request::answer(&mut core, request, state, (&end, &closed), now)
         });
         let mut reply = v1::EditReply { reply: Some(wire::mission_reply(result)), ..Default::default() };
-        if let Some(edited) = core.what_was_edited() {
+        if let Some(edited) = core.edited {
             let (mission, notes) = core.course();
             (reply.mission, reply.notes) = (Some(mission.into()), Some(notes.into()));
             reply.voids_plan = edited.voids_plan;

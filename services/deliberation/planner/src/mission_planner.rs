@@ -71,7 +71,7 @@ pub(crate) struct MissionPlanner {
     /// When the mission's first plan was made.
     begun: Option<Time>,
     /// What an operator has changed.
-    edited: Option<Edited>,
+    pub(crate) edited: Option<Edited>,
     /// It only tells what would be flown: what is left out for want of energy is decided from its whole forecast.
     forecast: Option<AsForecast>,
 }
@@ -232,14 +232,7 @@ impl MissionPlanner {
             } else {
                 objective.ahead()
             };
-            let airspace = Airspace::new(
-                (&self.mission.areas, &self.around),
-                &grants,
-                &self.permissions,
-                &closures,
-                (now, self.pace),
-                &self.config,
-            );
+            let airspace = self.airspace(&grants, &closures, now);
             let mut steps = match steps_to(&state, &ahead, failed.take(), tolerance, &airspace, &self.config) {
                 Ok(steps) => steps,
                 Err(unreachable) => {
@@ -335,12 +328,10 @@ impl MissionPlanner {
         }
     }
 
-    /// How fast mission time runs.
     pub(crate) fn pace(&self) -> Pace {
         self.pace
     }
 
-    /// The objectives and what became of them.
     pub(crate) fn objectives(&self) -> &Objectives {
         &self.objectives
     }
@@ -359,12 +350,13 @@ impl MissionPlanner {
 
     /// The mission as far as it has come, without its areas, feeds and steps.
     pub(crate) fn status(&self) -> MissionStatus {
+        let hold = self.hold.as_ref().map(|hold| hold.reason.clone());
         MissionStatus {
             mission: self.mission.name.clone(),
-            objectives: self.objectives.all().iter().map(|objective| objective.status()).collect(),
+            objectives: self.objectives.all().iter().map(|it| it.status.clone()).collect(),
             revision: self.revision,
             current_objective: self.objectives.current_index() as u32,
-            hold: self.held_by().unwrap_or_default(),
+            hold: hold.or_else(|| self.waits_for_origin()).unwrap_or_default(),
             order: self.mission.order,
             sites: self.mission.sites.clone(),
             origin: self.mission.origin,
@@ -372,12 +364,6 @@ impl MissionPlanner {
         }
     }
 
-    /// What is waited for.
-    fn held_by(&self) -> Option<String> {
-        self.hold.as_ref().map(|hold| hold.reason.clone()).or_else(|| self.waits_for_origin())
-    }
-
-    /// The order that a forecast has chosen, where it is free.
     pub(crate) fn chosen_order(&self) -> Option<&Choice> {
         self.forecast.as_ref()?.chosen_order.as_ref()
     }
@@ -386,11 +372,6 @@ impl MissionPlanner {
     pub(crate) fn with_wind(&self, text: String, mission: &Mission) -> String {
         let near = mission.too_near_in_wind(self.config.wind_m_s.get());
         std::iter::once(text).chain(near).collect::<Vec<_>>().join("; ")
-    }
-
-    /// Whether every objective is settled.
-    pub(crate) fn is_over(&self) -> bool {
-        self.objectives.all().len() <= self.objectives.current_index()
     }
 
     fn note_granted(&mut self, state: &State) {

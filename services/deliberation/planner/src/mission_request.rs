@@ -16,13 +16,12 @@ use domain::state::State;
 use domain::time::Now;
 
 use crate::alternates::with_alternates;
-use crate::forecast::{Forecast, MissionForecast, words_of};
+use crate::forecast::{MissionForecast, words_of};
 use crate::lasting_areas::{Closed, added_over_the_vehicle};
 use crate::mission_planner::MissionPlanner;
 use crate::mission_planner::origin::Misfit;
 use crate::new_airspace;
 
-/// What is asked.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum MissionRequest {
     /// What the mission in this text would take, in this wind or, without one, in that of the configuration.
@@ -31,54 +30,34 @@ pub(crate) enum MissionRequest {
     Upload(String),
     /// The areas of the mission in this text that came from feeds take the place of the present ones, or are only tried.
     Airspace {
-        /// The text.
         text: String,
         /// Nothing is changed.
         is_tried: bool,
     },
     /// Another objective, at this place in the list.
     Insert(usize, Objective),
-    /// Take out the objective with this name.
     Remove(String),
-    /// Give up the objective with this name.
     Skip {
-        /// The name of the objective.
         objective: String,
         /// The operator's name, for the report.
         operator: String,
     },
 }
 
-/// What happened.
+/// What happened, or why nothing did.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Done {
-    /// In words.
-    pub(crate) text: String,
-    /// For a mission that was tried or changed: what its objectives take.
-    pub(crate) forecast: Option<Box<MissionForecast>>,
-}
-
-/// Why nothing happened.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Refusal {
-    /// In words.
+pub(crate) struct Told {
     pub(crate) text: String,
     /// The mistakes in the text of the mission, each with its line and column.
     pub(crate) mistakes: Vec<String>,
-    /// What its objectives would take, if that was computed.
+    /// What the objectives of a mission that was tried or changed take, if that was computed.
     pub(crate) forecast: Option<Box<MissionForecast>>,
 }
 
-impl Done {
-    fn new(text: impl Into<String>) -> Done {
-        Done { text: text.into(), ..Done::default() }
-    }
-}
-
-impl Refusal {
-    /// A refusal with a reason only.
-    pub(crate) fn new(text: impl Into<String>) -> Refusal {
-        Refusal { text: text.into(), ..Refusal::default() }
+impl Told {
+    /// Words only.
+    pub(crate) fn new(text: impl Into<String>) -> Told {
+        Told { text: text.into(), ..Told::default() }
     }
 }
 
@@ -115,7 +94,7 @@ pub(crate) fn answer(
     state: &State,
     (end, closed): (&End, &Closed),
     now: Now,
-) -> Result<Done, Refusal> {
+) -> Result<Told, Told> {
     let asks_about_another = matches!(request, MissionRequest::Upload(_) | MissionRequest::Validate(..));
     let is_flown = state.flying || end.is_flown || !(planner.is_over() || end.is_of_this_mission());
     if asks_about_another && !is_flown {
@@ -123,16 +102,16 @@ pub(crate) fn answer(
     }
     match request {
         MissionRequest::Airspace { .. } if end.is_of_this_mission() || planner.is_over() => {
-            Err(Refusal::new(format!("{}: upload the next mission with the new airspace", end.in_words())))
+            Err(Told::new(format!("{}: upload the next mission with the new airspace", end.in_words())))
         }
         MissionRequest::Airspace { text, is_tried } => {
             new_airspace::adopt(planner, (&text, is_tried), closed, state, now)
         }
         MissionRequest::Insert(..) if end.is_of_this_mission() => {
-            Err(Refusal::new(format!("{}: nobody would fly it", end.why)))
+            Err(Told::new(format!("{}: nobody would fly it", end.why)))
         }
         MissionRequest::Remove(_) | MissionRequest::Skip { .. } if end.is_of_this_mission() => {
-            Err(Refusal::new(format!("{}: nothing is left to leave out", end.why)))
+            Err(Told::new(format!("{}: nothing is left to leave out", end.why)))
         }
         MissionRequest::Validate(text, wind) => {
             try_out(planner, (&text, wind), closed, state, now).map(|it| validate(planner, it))
@@ -160,20 +139,20 @@ fn try_out(
     closed: &Closed,
     state: &State,
     now: Now,
-) -> Result<Tried, Refusal> {
+) -> Result<Tried, Told> {
     let mission = Mission::read(&source(text)?).map_err(mistakes_in_text)?;
     match planner.misfit(mission.origin) {
         // On the ground the mission waits until the vehicle knows its place.
         Some(Misfit::Unknown) if !state.flying => {}
-        Some(misfit) => return Err(Refusal::new(misfit.to_string())),
+        Some(misfit) => return Err(Told::new(misfit.to_string())),
         None => {}
     }
-    let renewed: Vec<Feed> =
-        planner.mission().feeds.iter().filter(|old| is_renewed(old, &mission, now)).cloned().collect();
+    let is_renewed = |old: &&Feed| mission.feeds.iter().any(|it| it.renews(old, now.utc_ms));
+    let renewed: Vec<Feed> = planner.mission().feeds.iter().filter(is_renewed).cloned().collect();
     let (mission, stays) = planner.lasting_areas(closed).with(mission, |feed| renewed.contains(feed))?;
     let over = added_over_the_vehicle(planner.mission(), &mission, state, now);
     if let Some((_, words)) = over.iter().find(|(of_data_set, _)| !of_data_set) {
-        return Err(Refusal::new(format!("{words}: fly it out first, or leave the area out")));
+        return Err(Told::new(format!("{words}: fly it out first, or leave the area out")));
     }
     let forecast = judged(planner, &mission, wind.unwrap_or(planner.judge().wind), state, now)?;
     let leaves = over.into_iter().map(|(_, words)| format!("{words}, and leaves it"));
@@ -181,20 +160,15 @@ fn try_out(
     Ok(Tried { mission, forecast, remarks })
 }
 
-/// Whether `mission` has a later edition of the data set.
-fn is_renewed(feed: &Feed, mission: &Mission, now: Now) -> bool {
-    mission.feeds.iter().any(|it| it.renews(feed, now.utc_ms))
-}
-
 /// What the mission in `text` takes, in words.
-fn validate(planner: &MissionPlanner, tried: Tried) -> Done {
+fn validate(planner: &MissionPlanner, tried: Tried) -> Told {
     let Tried { mission, forecast, remarks } = tried;
-    let text = match left_out(&forecast.objectives) {
+    let text = match words_of(forecast.objectives.iter().filter(|it| it.worth.is_some())) {
         None => format!("every objective of `{}` can be reached", mission.name),
         Some(left_out) => format!("every required objective of `{}` can be reached; {left_out}", mission.name),
     };
     let text = std::iter::once(text).chain(remarks).collect::<Vec<_>>().join("; ");
-    Done { text: planner.with_wind(text, &mission), forecast: Some(forecast) }
+    Told { forecast: Some(forecast), ..Told::new(planner.with_wind(text, &mission)) }
 }
 
 /// What `mission` takes, if it is to be flown.
@@ -204,35 +178,29 @@ pub(crate) fn judged(
     wind: Wind,
     state: &State,
     now: Now,
-) -> Result<Box<MissionForecast>, Refusal> {
+) -> Result<Box<MissionForecast>, Told> {
     let forecast = planner.forecast(mission, state, now, wind);
     let forecast = Box::new(with_alternates(forecast, planner, mission, wind, now));
     match forecast.not_flown() {
-        Some(why) => Err(Refusal { forecast: Some(forecast), ..Refusal::new(why) }),
+        Some(why) => Err(Told { forecast: Some(forecast), ..Told::new(why) }),
         None => Ok(forecast),
     }
 }
 
-/// The text as a file.
-pub(crate) fn source(text: &str) -> Result<Source, Refusal> {
+pub(crate) fn source(text: &str) -> Result<Source, Told> {
     // Of what comes over the bus its own limit is lower; `kittiwake plan` asks in the same process.
     if LARGEST_BYTES < text.len() as u64 {
-        return Err(Refusal::new(format!("the text has {} bytes, more than the limit of {LARGEST_BYTES}", text.len())));
+        return Err(Told::new(format!("the text has {} bytes, more than the limit of {LARGEST_BYTES}", text.len())));
     }
     Ok(Source { path: "mission".into(), text: text.to_owned() })
 }
 
-pub(crate) fn mistakes_in_text(mistakes: Mistakes) -> Refusal {
+pub(crate) fn mistakes_in_text(mistakes: Mistakes) -> Told {
     let least = if mistakes.is_full() { "at least " } else { "" };
     let mistakes: Vec<String> = mistakes.0.iter().map(|mistake| mistake.to_string()).collect();
     let plural = if mistakes.len() == 1 { "" } else { "s" };
     let text = format!("{least}{} mistake{plural} in the text", mistakes.len());
-    Refusal { text, mistakes, ..Refusal::default() }
-}
-
-/// The optional objectives that are not reached, and why.
-fn left_out(forecast: &[Forecast]) -> Option<String> {
-    words_of(forecast.iter().filter(|it| it.worth.is_some()))
+    Told { text, mistakes, ..Told::default() }
 }
 
 /// The mission in `text` takes the place of the present one. If nothing of that is flown any more, it is taken where the vehicle stands,
@@ -243,11 +211,11 @@ fn upload(
     state: &State,
     (end, closed): (&End, &Closed),
     now: Now,
-) -> Result<Done, Refusal> {
+) -> Result<Told, Told> {
     let waits = !end.why.is_empty() || planner.is_over();
     if waits && (state.flying || end.is_flown) {
         let once = if state.flying { "the vehicle has landed" } else { "its end is reported" };
-        return Err(Refusal::new(format!("{}: nobody would fly it; upload it once {once}", end.in_words())));
+        return Err(Told::new(format!("{}: nobody would fly it; upload it once {once}", end.in_words())));
     }
     let Tried { mission, forecast, remarks } = try_out(planner, (text, None), closed, state, now)?;
     let text = match waits {
@@ -258,7 +226,7 @@ fn upload(
     let text = std::iter::once(text).chain(remarks).collect::<Vec<_>>().join("; ");
     let text = planner.with_wind(text, &mission);
     planner.take_over(mission);
-    Ok(Done { text, forecast: Some(forecast) })
+    Ok(Told { forecast: Some(forecast), ..Told::new(text) })
 }
 
 fn insert(
@@ -267,29 +235,29 @@ fn insert(
     objective: Objective,
     state: &State,
     now: Now,
-) -> Result<Done, Refusal> {
+) -> Result<Told, Told> {
     if planner.is_over() {
-        return Err(Refusal::new(OVER));
+        return Err(Told::new(OVER));
     }
     let (all, current) = (planner.objectives().all(), planner.objectives().current_index());
     if index < current {
         let text = format!("objective {index} is settled; the first place to insert at is {current}");
-        return Err(Refusal::new(text));
+        return Err(Told::new(text));
     }
     if all.len() < index || MOST_OBJECTIVES <= all.len() {
         let count = all.len();
-        return Err(Refusal::new(format!(
+        return Err(Told::new(format!(
             "cannot insert at {index}: the mission has {count} objectives, and the limit is {MOST_OBJECTIVES}"
         )));
     }
-    if all.iter().any(|it| it.name == objective.name) {
-        return Err(Refusal::new(format!("there is an objective `{}` already", objective.name)));
+    if all.iter().any(|it| it.status.objective.name == objective.name) {
+        return Err(Told::new(format!("there is an objective `{}` already", objective.name)));
     }
     if let Some(why) = planner.mission().unfit_place(&objective, index == all.len()) {
-        return Err(Refusal::new(why));
+        return Err(Told::new(why));
     }
     let mut mission = planner.rest_of_mission();
-    let waiting_before = all[..index].iter().filter(|it| it.progress == Progress::Waiting).count();
+    let waiting_before = all[..index].iter().filter(|it| it.status.progress == Progress::Waiting).count();
     mission.objectives.insert(waiting_before, objective.clone());
     // The order was chosen, and the operator has chosen the place.
     mission.order = Order::Given;
@@ -297,39 +265,39 @@ fn insert(
     let of_this = forecast.objectives.iter().filter(|it| it.objective == objective.name);
     let too_much = || Some(format!("with it the mission {}", forecast.shortfall()?));
     if let Some(why) = words_of(of_this).or_else(too_much) {
-        return Err(Refusal::new(why));
+        return Err(Told::new(why));
     }
     let inserted = Mission { objectives: vec![objective.clone()], ..planner.mission().clone() };
     let text = planner.with_wind(format!("objective `{}` inserted at {index}", objective.name), &inserted);
     planner.change(index, |it| it.insert(index, &objective));
-    Ok(Done { text, forecast: Some(Box::new(forecast)) })
+    Ok(Told { forecast: Some(Box::new(forecast)), ..Told::new(text) })
 }
 
-fn remove(planner: &mut MissionPlanner, name: &str) -> Result<Done, Refusal> {
+fn remove(planner: &mut MissionPlanner, name: &str) -> Result<Told, Told> {
     let index = waiting(planner, name)?;
     if planner.objectives().all().len() == 1 {
         let text = format!("`{name}` is the only objective; skip it, or upload another mission");
-        return Err(Refusal::new(text));
+        return Err(Told::new(text));
     }
     planner.change(index, |it| it.remove(index));
-    Ok(Done::new(format!("objective `{name}` removed")))
+    Ok(Told::new(format!("objective `{name}` removed")))
 }
 
-fn skip(planner: &mut MissionPlanner, name: &str, operator: &str) -> Result<Done, Refusal> {
+fn skip(planner: &mut MissionPlanner, name: &str, operator: &str) -> Result<Told, Told> {
     let index = waiting(planner, name)?;
     let by = if operator.is_empty() { "the operator" } else { operator };
     planner.change(index, |it| it.give_up(index, format!("skipped by {by}")));
-    Ok(Done::new(format!("objective `{name}` skipped")))
+    Ok(Told::new(format!("objective `{name}` skipped")))
 }
 
 /// The index of the objective with this name, if it is not settled.
-fn waiting(planner: &MissionPlanner, name: &str) -> Result<usize, Refusal> {
+fn waiting(planner: &MissionPlanner, name: &str) -> Result<usize, Told> {
     let all = planner.objectives().all();
-    let index = all.iter().position(|it| it.name == name);
-    let index = index.ok_or_else(|| Refusal::new(format!("there is no objective `{name}`")))?;
-    match &all[index].progress {
+    let index = all.iter().position(|it| it.status.objective.name == name);
+    let index = index.ok_or_else(|| Told::new(format!("there is no objective `{name}`")))?;
+    match &all[index].status.progress {
         Progress::Waiting => Ok(index),
-        Progress::Success => Err(Refusal::new(format!("objective `{name}` has been reached"))),
-        Progress::Failure(reason) => Err(Refusal::new(format!("objective `{name}` has failed: {reason}"))),
+        Progress::Success => Err(Told::new(format!("objective `{name}` has been reached"))),
+        Progress::Failure(reason) => Err(Told::new(format!("objective `{name}` has failed: {reason}"))),
     }
 }

@@ -6,10 +6,9 @@ use std::time::Duration;
 use domain::fmu::Gripper;
 use domain::geometry::Ned;
 use domain::mission::terms::Terms;
-use domain::mission::{self, InvalidObjective, ObjectiveStatus, Progress, ReleaseProgress};
+use domain::mission::{self, ObjectiveStatus, Progress, ReleaseProgress};
 use domain::plan::Step;
 use domain::state::{State, Tolerance};
-use domain::survey::Survey;
 use domain::time::Time;
 
 /// The objectives of the mission; the first that is not terminal is the current one.
@@ -21,32 +20,18 @@ pub(crate) struct Objectives {
 /// An objective and its course so far.
 #[derive(Debug)]
 pub(crate) struct Objective {
-    /// Unique within the mission.
-    pub name: String,
-    /// The state to reach.
+    /// What the mission asks for, and what has become of it.
+    pub status: ObjectiveStatus,
+    /// The state to reach. It asks for an open gripper until the release was seen.
     pub goal: State,
-    /// Its progress.
-    pub progress: Progress,
-    /// Total number of steps planned for it.
-    pub plan_steps: u32,
-    /// Number of plans made for it.
-    pub plans: u32,
-    /// Areas whose permission was requested for it, each once, in the order of the plan.
-    pub permissions: Vec<String>,
-    /// What is asked of it besides.
-    pub terms: Terms,
-    /// A polygon to be flown over on the way to the goal, and how far that has come.
-    pub survey: Option<Survey>,
     /// Since when the vehicle has been there, if it stays there.
     pub dwells_since: Option<Time>,
-    /// How far the release has come that it asks for. The goal asks for an open gripper until that was seen.
-    pub release: ReleaseProgress,
 }
 
 impl Objectives {
     /// Those of the mission, all waiting.
     pub(crate) fn new(objectives: &[mission::Objective]) -> Objectives {
-        Objectives { list: objectives.iter().map(Objective::waiting).collect() }
+        Objectives { list: objectives.iter().map(|it| Objective::of(ObjectiveStatus::waiting(it))).collect() }
     }
 
     /// Those of a mission that was begun.
@@ -56,40 +41,38 @@ impl Objectives {
 
     /// Puts one in at `index`, which is no less than the current one's and no more than their number.
     pub(crate) fn insert(&mut self, index: usize, objective: &mission::Objective) {
-        self.list.insert(index.min(self.list.len()), Objective::waiting(objective));
+        self.list.insert(index.min(self.list.len()), Objective::of(ObjectiveStatus::waiting(objective)));
     }
 
-    /// Takes one out.
     pub(crate) fn remove(&mut self, index: usize) {
         self.list.remove(index);
     }
 
-    /// Gives one up.
     pub(crate) fn give_up(&mut self, index: usize, reason: String) {
         if let Some(objective) = self.list.get_mut(index) {
-            objective.progress = Progress::Failure(reason);
+            objective.status.progress = Progress::Failure(reason);
         }
     }
 
     /// Gives up the current one, and with it all that are left.
     pub(crate) fn give_up_rest(&mut self, reason: &str) {
-        let waiting = self.list.iter_mut().filter(|it| it.progress == Progress::Waiting);
+        let waiting = self.list.iter_mut().filter(|it| it.status.progress == Progress::Waiting);
         for (index, objective) in waiting.enumerate() {
             let reason = if index == 0 { reason.to_owned() } else { format!("not attempted: {reason}") };
-            objective.progress = Progress::Failure(reason);
+            objective.status.progress = Progress::Failure(reason);
         }
     }
 
     /// Gives up the one with this name.
     pub(crate) fn give_up_named(&mut self, name: &str, reason: &str) {
-        if let Some(objective) = self.list.iter_mut().find(|it| it.name == name) {
-            objective.progress = Progress::Failure(reason.to_owned());
+        if let Some(objective) = self.list.iter_mut().find(|it| it.status.objective.name == name) {
+            objective.status.progress = Progress::Failure(reason.to_owned());
         }
     }
 
     /// The indices of those that are not settled.
     pub(crate) fn waiting(&self) -> Vec<usize> {
-        (0..self.list.len()).filter(|it| self.list[*it].progress == Progress::Waiting).collect()
+        (0..self.list.len()).filter(|it| self.list[*it].status.progress == Progress::Waiting).collect()
     }
 
     /// Puts the settled ones first, and behind them the others as `order` says, which has the index of each once.
@@ -102,7 +85,6 @@ impl Objectives {
         self.list = list.into_iter().map(|(_, it)| it).collect();
     }
 
-    /// All of them, in order.
     pub(crate) fn all(&self) -> &[Objective] {
         &self.list
     }
@@ -114,12 +96,12 @@ impl Objectives {
 
     /// The index of the one worked on; the number of objectives once all are terminal.
     pub(crate) fn current_index(&self) -> usize {
-        self.list.iter().position(|it| it.progress == Progress::Waiting).unwrap_or(self.list.len())
+        self.list.iter().position(|it| it.status.progress == Progress::Waiting).unwrap_or(self.list.len())
     }
 
     /// The one worked on.
     pub(crate) fn current(&mut self) -> Option<&mut Objective> {
-        self.list.iter_mut().find(|it| it.progress == Progress::Waiting)
+        self.list.iter_mut().find(|it| it.status.progress == Progress::Waiting)
     }
 }
 
@@ -159,96 +141,48 @@ fn apart(a: &State, b: &State, tolerance: Tolerance) -> Tolerance {
 }
 
 impl Objective {
-    /// An objective that was not attempted yet.
-    pub(crate) fn waiting(it: &mission::Objective) -> Objective {
-        Objective {
-            name: it.name.clone(),
-            goal: State { gripper: it.terms.drop.then_some(Gripper::Released), ..State::new(it.position, it.flying) },
-            progress: Progress::Waiting,
-            plan_steps: 0,
-            plans: 0,
-            permissions: Vec::new(),
-            terms: it.terms.clone(),
-            survey: it.survey.clone(),
-            dwells_since: None,
-            release: ReleaseProgress::NotPlanned,
-        }
+    /// As far as it has come.
+    pub(crate) fn of(status: ObjectiveStatus) -> Objective {
+        let mission::Objective { position, flying, terms, .. } = &status.objective;
+        let asks_for_release = terms.drop && status.release != ReleaseProgress::Seen;
+        let goal = State { gripper: asks_for_release.then_some(Gripper::Released), ..State::new(*position, *flying) };
+        Objective { status, goal, dwells_since: None }
+    }
+
+    /// What the mission asks of it besides its state.
+    pub(crate) fn terms(&self) -> &Terms {
+        &self.status.objective.terms
     }
 
     /// A plan was made for it, of which `new_steps` were not in the one before.
     pub(crate) fn planned(&mut self, new_steps: &[Step]) {
-        self.plans += 1;
-        self.plan_steps += new_steps.len() as u32;
-        if self.release == ReleaseProgress::NotPlanned && new_steps.iter().any(Step::releases) {
-            self.release = ReleaseProgress::Planned;
+        let status = &mut self.status;
+        status.replans += u32::from(status.plan_steps != 0);
+        status.plan_steps += new_steps.len() as u32;
+        if status.release == ReleaseProgress::NotPlanned && new_steps.iter().any(Step::releases) {
+            status.release = ReleaseProgress::Planned;
         }
-        let mut known: BTreeSet<String> = self.permissions.iter().cloned().collect();
+        let mut known: BTreeSet<String> = status.permissions.iter().cloned().collect();
         let asked = new_steps.iter().flat_map(|it| &it.ask).map(|need| &need.area);
-        self.permissions.extend(asked.filter(|it| known.insert((*it).clone())).cloned());
+        status.permissions.extend(asked.filter(|it| known.insert((*it).clone())).cloned());
     }
 
     /// The load was seen released there: it is not asked for again.
     pub(crate) fn release_seen(&mut self) {
-        self.release = ReleaseProgress::Seen;
+        self.status.release = ReleaseProgress::Seen;
         self.goal.gripper = None;
     }
 
     /// For how long the vehicle, which is there `now`, stays there yet.
     pub(crate) fn stays_for(&mut self, now: Time) -> Duration {
         let since = *self.dwells_since.get_or_insert(now);
-        self.terms.dwell.saturating_sub(now - since)
+        self.terms().dwell.saturating_sub(now - since)
     }
 
-    /// As far as it has come.
-    pub(crate) fn of(status: ObjectiveStatus) -> Result<Objective, InvalidObjective> {
-        let mission::Objective { name, position, flying, terms, survey } = status.objective;
-        let checked = mission::Objective { terms, survey, ..mission::Objective::new(name, position, flying)? };
-        let mut objective = Objective {
-            progress: status.progress,
-            plan_steps: status.plan_steps,
-            plans: if status.plan_steps == 0 { 0 } else { status.replans + 1 },
-            permissions: status.permissions,
-            release: status.release,
-            ..Objective::waiting(&checked)
-        };
-        if status.release == ReleaseProgress::Seen {
-            objective.release_seen();
-        }
-        Ok(objective)
-    }
-
-    /// Whether it is neither reached nor given up.
-    pub(crate) fn is_waiting(&self) -> bool {
-        self.progress == Progress::Waiting
-    }
-
-    /// As in the mission's status.
-    pub(crate) fn status(&self) -> ObjectiveStatus {
-        ObjectiveStatus {
-            objective: self.objective(),
-            progress: self.progress.clone(),
-            plan_steps: self.plan_steps,
-            replans: self.plans.saturating_sub(1),
-            permissions: self.permissions.clone(),
-            release: self.release,
-        }
-    }
-
-    /// As a mission file has it.
-    pub(crate) fn objective(&self) -> mission::Objective {
-        mission::Objective {
-            name: self.name.clone(),
-            position: self.goal.position,
-            flying: self.goal.flying,
-            terms: self.terms.clone(),
-            survey: self.survey.clone(),
-        }
-    }
-
-    /// The same with only what is still to be done: a load that was released is not released again.
+    /// As a mission file has it, with only what is still to be done: a load that was released is not released again.
     pub(crate) fn rest(&self) -> mission::Objective {
-        let mut rest = self.objective();
-        rest.terms.drop &= self.release != ReleaseProgress::Seen;
+        let mut rest = self.status.objective.clone();
+        rest.terms.drop &= self.status.release != ReleaseProgress::Seen;
         rest
     }
 }

@@ -24,7 +24,6 @@ pub(crate) struct Problem {
     pub between_s: Vec<Vec<f64>>,
     /// From each to the end, if it is the last.
     pub to_end_s: Vec<f64>,
-    /// The stay at each.
     pub stay_s: Vec<f64>,
     /// Those that come before each.
     pub after: Vec<Vec<usize>>,
@@ -37,7 +36,6 @@ pub(crate) struct Problem {
 pub(crate) struct Ordering {
     /// The objectives, first to reach first.
     pub order: Vec<usize>,
-    /// What it takes, in seconds.
     pub time_s: f64,
     /// No order takes less, in seconds; as much as this one where that is the best.
     pub least_s: f64,
@@ -97,7 +95,6 @@ impl Problem {
     }
 }
 
-/// The best order and its time.
 fn exact(problem: &Problem) -> Option<(Vec<usize>, f64)> {
     let count = problem.len();
     if count == 0 {

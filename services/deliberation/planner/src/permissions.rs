@@ -18,13 +18,11 @@ pub(crate) struct Permissions {
 /// Grants whose lengths differ by less than this are equally long: the younger one is nearer to its full length.
 const SAME_GRANT: Duration = Duration::from_secs(5);
 
-/// What is known of one area.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Record {
     pub(crate) standing: Standing,
     /// Total time that the vehicle has held because of it; a grant does not reset it.
     pub(crate) held: Duration,
-    /// The grant that was too short.
     pub(crate) short_grant: Option<ShortGrant>,
 }
 
@@ -57,7 +55,6 @@ pub(crate) enum Standing {
 }
 
 impl Permissions {
-    /// Where the asking for `area` stands.
     pub(crate) fn standing(&self, area: &str) -> Standing {
         self.records.get(area).map(|it| it.standing.clone()).unwrap_or_default()
     }
@@ -156,16 +153,16 @@ impl Permissions {
     /// Whether the vehicle may hold for another `wait` because of `area`; if not, the area is not
     /// asked for any more.
     pub(crate) fn may_hold(&mut self, area: &str, wait: Duration, config: &Config) -> bool {
-        let record = self.records.entry(area.into()).or_default();
-        let limit = config.hold_at_most_s.seconds();
-        if record.held.saturating_add(wait) <= limit {
+        if self.may_still_hold(area, wait, config) {
             return true;
         }
+        let record = self.records.entry(area.into()).or_default();
         let reason = match std::mem::take(&mut record.standing) {
             Standing::DeniedOnce { reason, .. } => reason,
             Standing::Open | Standing::DeniedForGood { .. } => "denied by the control tower".to_owned(),
         };
-        let reason = format!("{reason}; not worth more than {} s of waiting", limit.as_secs());
+        let reason =
+            format!("{reason}; not worth more than {} s of waiting", config.hold_at_most_s.seconds().as_secs());
         record.standing = Standing::DeniedForGood { reason };
         false
     }

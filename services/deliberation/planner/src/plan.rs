@@ -13,7 +13,6 @@ use crate::config::Config;
 /// The id of a step that has not been given one yet.
 pub(crate) const NEW: StepId = StepId(0);
 
-/// The action of `step`.
 pub(crate) fn action(step: &Step) -> Action {
     Action::of(&step.nominal.goal)
 }

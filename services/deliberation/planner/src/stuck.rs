@@ -32,7 +32,6 @@ pub(crate) struct Failure {
     pub(crate) count: u32,
 }
 
-/// What follows from a failure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Verdict {
     /// It may be tried again.
@@ -81,7 +80,6 @@ impl Stuck {
         }
     }
 
-    /// `step` was flown.
     pub(crate) fn flown(&mut self, step: &Step) {
         // To come to rest is no progress: a release that fails is tried after a stop each time.
         if action(step) != Action::Stop {

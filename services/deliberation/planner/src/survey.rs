@@ -9,7 +9,6 @@ use crate::objectives::Objective;
 /// A state on the way to an objective's goal, which is the last one of them.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Via {
-    /// The state.
     pub state: State,
     /// How many turns have been passed once it is reached; 0 for what is no turn.
     pub passed: usize,
@@ -18,7 +17,9 @@ pub(crate) struct Via {
 impl Objective {
     /// All that it leads through, from the beginning or from what was passed on.
     pub(crate) fn ahead(&self) -> Vec<Via> {
-        let Some(survey) = &self.survey else { return vec![Via { state: self.goal.clone(), passed: 0 }] };
+        let Some(survey) = &self.status.objective.survey else {
+            return vec![Via { state: self.goal.clone(), passed: 0 }];
+        };
         (survey.passed()..survey.turns().len())
             .map(|index| Via { state: self.turn(index), passed: index + 1 })
             .map(|it| if it.passed == survey.turns().len() { Via { state: self.goal.clone(), ..it } } else { it })
@@ -32,9 +33,9 @@ impl Objective {
         begin.into_iter().chain(self.ahead()).collect()
     }
 
-    /// This many turns have been passed.
     pub(crate) fn pass(&mut self, passed: usize) {
-        self.survey = self.survey.take().map(|it| it.with_passed(passed));
+        let survey = &mut self.status.objective.survey;
+        *survey = survey.take().map(|it| it.with_passed(passed));
     }
 
     /// The vehicle is in `state`: where that is the next turn, it has been passed. The last one is the goal.
@@ -55,30 +56,21 @@ impl Objective {
     /// Whether a vehicle in `state`, which was flying `way` last, is on neither that way nor the line that it is to fly.
     pub(crate) fn is_line_left(&self, state: &State, way: Option<(Ned, Ned)>, tolerance: Tolerance) -> bool {
         let passed = self.passed();
-        let next = self.survey.as_ref().and_then(|it| it.turns().get(passed));
+        let next = self.status.objective.survey.as_ref().and_then(|it| it.turns().get(passed));
         if passed == 0 || next.is_none_or(|it| !it.ends_line) {
             return false;
         }
         let line = (self.turn(passed - 1).position, self.turn(passed).position);
-        let is_off = |(from, to)| tolerance.horizontal_m < distance_to_way_m(state.position, from, to);
+        let is_off = |(from, to)| tolerance.horizontal_m < state.position.horizontal_distance_to_line_m(from, to);
         is_off(line) && way.is_none_or(is_off)
     }
 
     fn passed(&self) -> usize {
-        self.survey.as_ref().map_or(0, |it| it.passed())
+        self.status.objective.survey.as_ref().map_or(0, |it| it.passed())
     }
 
     fn turn(&self, index: usize) -> State {
-        let turn = self.survey.as_ref().and_then(|it| it.turns().get(index));
+        let turn = self.status.objective.survey.as_ref().and_then(|it| it.turns().get(index));
         turn.map_or_else(|| self.goal.clone(), |it| State::new(it.at.at_height(self.goal.position.height_m()), true))
     }
-}
-
-/// From `at` to the nearest point of the straight way, over ground, in metres.
-fn distance_to_way_m(at: Ned, from: Ned, to: Ned) -> f64 {
-    let (north_m, east_m) = (to.north_m - from.north_m, to.east_m - from.east_m);
-    let length_squared = north_m * north_m + east_m * east_m;
-    let along = (at.north_m - from.north_m) * north_m + (at.east_m - from.east_m) * east_m;
-    let fraction = if length_squared == 0.0 { 0.0 } else { (along / length_squared).clamp(0.0, 1.0) };
-    at.horizontal_distance_m(from.towards(to, fraction))
 }

@@ -7,16 +7,16 @@ use domain::state::State;
 use kittiwake_proto::v1;
 
 use crate::forecast::{Forecast, LegForecast, MissionForecast, PermissionForecast};
-use crate::mission_request::{Done, MissionRequest, Refusal};
+use crate::mission_request::{MissionRequest, Told};
 
 /// The state that a request about the mission starts from, if it names one, and what is asked.
-pub(crate) fn mission_request(request: v1::MissionRequest) -> Result<(Option<State>, MissionRequest), Refusal> {
+pub(crate) fn mission_request(request: v1::MissionRequest) -> Result<(Option<State>, MissionRequest), Told> {
     use v1::mission_request::Request;
     let state = request.state.map(State::try_from).transpose();
-    let state = state.map_err(|invalid| Refusal::new(format!("`state`: {invalid}")))?;
+    let state = state.map_err(|invalid| Told::new(format!("`state`: {invalid}")))?;
     let operator = request.operator;
     let request = match request.request {
-        None | Some(Request::Read(_)) => return Err(Refusal::new("no request in it")),
+        None | Some(Request::Read(_)) => return Err(Told::new("no request in it")),
         Some(Request::Validate(it)) => MissionRequest::Validate(it.text, it.wind.map(wind).transpose()?),
         Some(Request::Upload(it)) => MissionRequest::Upload(it.text),
         Some(Request::ValidateAirspace(it)) => MissionRequest::Airspace { text: it.text, is_tried: true },
@@ -28,20 +28,18 @@ pub(crate) fn mission_request(request: v1::MissionRequest) -> Result<(Option<Sta
     Ok((state, request))
 }
 
-fn objective(objective: Option<v1::NewObjective>) -> Result<Objective, Refusal> {
-    let objective = objective.ok_or_else(|| Refusal::new("`objective` is missing"))?;
-    let position = objective.position.ok_or_else(|| Refusal::new("`objective.position` is missing"))?;
+fn objective(objective: Option<v1::NewObjective>) -> Result<Objective, Told> {
+    let objective = objective.ok_or_else(|| Told::new("`objective` is missing"))?;
+    let position = objective.position.ok_or_else(|| Told::new("`objective.position` is missing"))?;
     let position = Ned::try_from(position);
-    let position = position.map_err(|invalid| Refusal::new(format!("`objective.position`: {invalid}")))?;
-    Objective::new(objective.name, position, objective.flying).map_err(|invalid| Refusal::new(invalid.to_string()))
+    let position = position.map_err(|invalid| Told::new(format!("`objective.position`: {invalid}")))?;
+    Objective::new(objective.name, position, objective.flying).map_err(|invalid| Told::new(invalid.to_string()))
 }
 
 /// The answer to a request about the mission, to which the mission manager adds the mission as it stands then.
-pub(crate) fn mission_reply(result: Result<Done, Refusal>) -> v1::MissionReply {
-    let (accepted, Refusal { text, mistakes, forecast }) = match result {
-        Ok(Done { text, forecast }) => (true, Refusal { text, forecast, ..Refusal::default() }),
-        Err(refusal) => (false, refusal),
-    };
+pub(crate) fn mission_reply(result: Result<Told, Told>) -> v1::MissionReply {
+    let accepted = result.is_ok();
+    let Told { text, mistakes, forecast } = result.unwrap_or_else(|refused| refused);
     let forecast = *forecast.unwrap_or_default();
     let energy = forecast.budget.is_some().then(|| energy_forecast(&forecast));
     let order = forecast.order;
@@ -50,10 +48,10 @@ pub(crate) fn mission_reply(result: Result<Done, Refusal>) -> v1::MissionReply {
 }
 
 /// As it stands in a request: the speed, and the direction it comes from if that is known.
-fn wind(wind: v1::ForecastWind) -> Result<Wind, Refusal> {
+fn wind(wind: v1::ForecastWind) -> Result<Wind, Told> {
     let v1::ForecastWind { speed_m_s, from_deg } = wind;
     if !(0.0..=FASTEST_WIND_M_S).contains(&speed_m_s) || from_deg.is_some_and(|it| !(-360.0..=360.0).contains(&it)) {
-        return Err(Refusal::new(format!(
+        return Err(Told::new(format!(
             "`wind` is {speed_m_s} m/s from {} degrees, expected 0 to {FASTEST_WIND_M_S} m/s from -360 to 360 degrees",
             from_deg.map_or_else(|| "unknown".to_owned(), |it| it.to_string())
         )));

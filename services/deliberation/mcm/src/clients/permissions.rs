@@ -22,14 +22,12 @@ use crate::outbox::{Outbox, Purpose};
 
 mod ahead;
 
-/// The state of the request for one area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Asking {
     /// Not answered yet; when the answer is overdue.
     Awaited(Time),
     /// Neither held nor asked for any more.
     Lost,
-    /// Granted.
     Granted,
     /// Denied, never answered, or not used; [`Permissions::take_denials`] has the reason.
     Denied,
@@ -105,7 +103,6 @@ impl Permissions {
         self.belief.flight()
     }
 
-    /// Another flight begins.
     pub(crate) fn begin_flight(&mut self) {
         self.flights += 1;
         self.belief.begin_flight(flight(self.instance, self.flights));
@@ -116,7 +113,6 @@ impl Permissions {
         self.belief.begin_flight(flight);
     }
 
-    /// The mission's areas as they are known now.
     pub(crate) fn know_areas(&mut self, areas: &Arc<[Area]>) {
         self.belief.know_areas(areas);
     }
@@ -280,13 +276,8 @@ impl Permissions {
             return false;
         }
         self.renewals.insert(area.to_owned(), now + limits.permission_answer);
-        self.send(area, by, limits, outbox);
+        self.send(area, "", by, limits, outbox);
         true
-    }
-
-    /// Tells the tower that the vehicle enters `area` without waiting for its answer, for this reason, and asks again.
-    pub(crate) fn announce_entry(&mut self, area: &str, why: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) {
-        self.send_request(area, why, by, limits, outbox);
     }
 
     /// The state of the request for a permission; sends the request again when the answer is overdue.
@@ -353,7 +344,6 @@ impl Permissions {
             .collect()
     }
 
-    /// Why `area` was denied, if it was.
     pub(crate) fn denial(&self, area: &str) -> Option<&Denial> {
         match self.requests.get(area)? {
             PermissionRequest::Denied(denial) => Some(denial),
@@ -378,7 +368,6 @@ impl Permissions {
         self.requests.iter().filter_map(awaited).collect()
     }
 
-    /// The request could not be delivered.
     pub(crate) fn on_undelivered(&mut self, area: &str, error: CallError) {
         if let Some(PermissionRequest::Sent { undelivered, .. }) = self.requests.get_mut(area) {
             *undelivered = Some(error);
@@ -400,14 +389,11 @@ impl Permissions {
         *tries += 1;
         *answer_by = now + limits.permission_answer;
         let by = *by;
-        self.send(area, by, limits, outbox);
+        self.send(area, "", by, limits, outbox);
     }
 
-    fn send(&mut self, area: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) {
-        self.send_request(area, "", by, limits, outbox);
-    }
-
-    fn send_request(&mut self, area: &str, entered_because: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) {
+    /// Asks for `area`; tells the tower of an entry that does not wait for its answer, for the reason `entered_because`, if there is one.
+    pub(crate) fn send(&mut self, area: &str, entered_because: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) {
         self.last_request += 1;
         let request = v1::PermissionRequest {
             request_id: format!("mcm-{:x}-p{}", self.instance, self.last_request),

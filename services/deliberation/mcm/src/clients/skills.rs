@@ -22,10 +22,8 @@ const CANCEL_PAUSE: Duration = Duration::from_millis(500);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Handle(u64);
 
-/// How requests are sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Sending {
-    /// Somebody else flies: nothing is asked for.
     pub(crate) quietly: bool,
     /// An operator has ordered to take control back.
     pub(crate) takes_control: bool,
@@ -104,7 +102,6 @@ pub(crate) enum Reply {
 /// How often a request without an answer is sent; its id makes repetitions harmless.
 const TRIES: u32 = 3;
 
-/// The skills of the last requests.
 #[derive(Debug)]
 pub(crate) struct Skills {
     /// Makes request ids unique among starts of this process.
@@ -123,7 +120,6 @@ impl Skills {
         Skills { instance, entries: Vec::new(), last: 0, asked_at: Time::ZERO, distance_left_m: 0.0, sending }
     }
 
-    /// Wants `goal` flown.
     pub(crate) fn start(&mut self, now: Time, goal: Goal) -> Handle {
         self.last += 1;
         let handle = Handle(self.last);
@@ -140,7 +136,6 @@ impl Skills {
         handle
     }
 
-    /// Gives a skill up.
     pub(crate) fn halt(&mut self, now: Time, handle: Handle) {
         if let Some(entry) = self.entries.iter_mut().find(|it| it.handle == handle && it.is_held()) {
             (entry.claim, entry.given_up) = (Claim::GivenUp, Some(now));
@@ -182,12 +177,10 @@ impl Skills {
         flown.filter_map(|it| it.given_up).min()
     }
 
-    /// The distance that the skill that is flown has left, in metres.
     pub(crate) fn distance_left_m(&self) -> f64 {
         self.distance_left_m
     }
 
-    /// Sends what this wake wants.
     pub(crate) fn flush(&mut self, now: Time, sending: Sending, timeout: Duration, outbox: &mut Outbox) {
         // Started and given up within one wake: it is never sent.
         self.entries.retain(|it| it.is_held() || it.progress != Progress::Wanted);
@@ -206,7 +199,6 @@ impl Skills {
         }
     }
 
-    /// The answer to a request to start.
     pub(crate) fn on_reply(
         &mut self,
         now: Time,
@@ -232,12 +224,6 @@ impl Skills {
         }
     }
 
-    /// A cancellation got no answer: it is sent again.
-    pub(crate) fn on_cancel_lost(&mut self, now: Time, skill_id: u64) {
-        self.cancel_again(now, skill_id);
-    }
-
-    /// An event of a skill.
     pub(crate) fn on_event(&mut self, now: Time, event: &SkillEvent) {
         let Some(entry) = self.entries.iter_mut().find(|it| it.request_id == event.request_id) else { return };
         if entry.is_over() {
@@ -259,7 +245,6 @@ impl Skills {
         }
     }
 
-    /// The distance that a skill has left.
     pub(crate) fn on_feedback(&mut self, now: Time, skill_id: u64, distance_left_m: f64) {
         if let Some(entry) = self.entries.iter_mut().find(|it| it.skill_id == skill_id) {
             entry.heard = now;
@@ -331,7 +316,8 @@ impl Skills {
         }
     }
 
-    fn cancel_again(&mut self, now: Time, skill_id: u64) {
+    /// A cancellation was refused, or got no answer: it is sent again.
+    pub(crate) fn cancel_again(&mut self, now: Time, skill_id: u64) {
         let mut cancelled = self.entries.iter_mut().filter(|it| it.claim == Claim::Cancelling);
         if let Some(entry) = cancelled.find(|it| it.skill_id == skill_id) {
             entry.claim = Claim::CancelAgain { at: now + CANCEL_PAUSE };
@@ -350,7 +336,6 @@ fn send(entry: &Entry, gave_up_skill_id: u64, sending: Sending, timeout: Duratio
     outbox.call(Purpose::StartSkill(entry.request_id.clone()), Request::Skill(request), timeout);
 }
 
-/// How a skill ended, in words.
 pub(crate) fn ending(outcome: SkillOutcome, reason: &str) -> String {
     match reason {
         "" => outcome.to_string(),

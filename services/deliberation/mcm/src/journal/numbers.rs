@@ -3,27 +3,25 @@
 /// Numbers are persisted in blocks, so that not every decision is a write to the disk. (ENG: a busy minute.)
 const BLOCK: u64 = 256;
 
-/// The numbers that were given.
 #[derive(Debug, Default)]
-pub(super) struct Numbers {
+pub(crate) struct Numbers {
     newest: u64,
 }
 
 impl Numbers {
-    /// The number of the next record.
-    pub(super) fn take_next(&mut self) -> u64 {
+    pub(crate) fn take_next(&mut self) -> u64 {
         self.newest = self.newest.saturating_add(1);
         self.newest
     }
 
     /// A number above all that were given, to be persisted. It rises a block at a time, and at least a block before it is needed,
     /// so that it is on the disk by then.
-    pub(super) fn ceiling(&self) -> u64 {
+    pub(crate) fn ceiling(&self) -> u64 {
         (self.newest / BLOCK).saturating_add(2).saturating_mul(BLOCK)
     }
 
     /// Goes on above the persisted ceiling of the process before.
-    pub(super) fn go_on_above(&mut self, ceiling: u64) {
+    pub(crate) fn go_on_above(&mut self, ceiling: u64) {
         self.newest = self.newest.max(ceiling);
     }
 }

@@ -5,22 +5,18 @@ use domain::measured::Measured;
 
 use super::CONTINGENCY;
 
-/// A decision in words.
 #[derive(Debug)]
 pub(crate) struct Said {
     pub(super) topic: &'static str,
     pub(super) kind: DecisionKind,
     pub(super) text: String,
-    /// The row of the contingency table that it is about.
     pub(super) row: Option<usize>,
-    /// The area that it is about.
     pub(super) area: Option<String>,
     pub(super) measured: Option<Measured>,
     pub(super) response: String,
     pub(super) response_reason: String,
     pub(super) rejected: Vec<Rejected>,
     pub(super) cause: Cause,
-    /// The mission is over by it.
     pub(super) ends_mission: bool,
 }
 
@@ -35,11 +31,9 @@ pub(crate) enum Cause {
     Case(usize),
     /// The response that is under way.
     Response,
-    /// The plan that is flown.
     Plan,
     /// What a new plan is wanted for.
     Replanning,
-    /// The step that is flown.
     Step,
     /// That this area was asked for.
     Asked(String),
@@ -77,22 +71,18 @@ impl Said {
         }
     }
 
-    /// About this row of the contingency table.
-    pub(crate) fn about(self, row: usize) -> Said {
-        Said { row: Some(row), ..self }
+    pub(crate) fn about(self, row: impl Into<Option<usize>>) -> Said {
+        Said { row: row.into(), ..self }
     }
 
-    /// About this area.
     pub(crate) fn about_area(self, area: impl Into<String>) -> Said {
         Said { area: Some(area.into()), ..self }
     }
 
-    /// It follows from this.
     pub(crate) fn led_to_by(self, cause: Cause) -> Said {
         Said { cause, ..self }
     }
 
-    /// By this value.
     pub(crate) fn measuring(self, measured: Option<Measured>) -> Said {
         Said { measured, ..self }
     }
@@ -102,12 +92,10 @@ impl Said {
         Said { response: response.into(), response_reason: response_reason.into(), ..self }
     }
 
-    /// These are not done.
     pub(crate) fn rejecting(self, rejected: Vec<Rejected>) -> Said {
         Said { rejected, ..self }
     }
 
-    /// Whether the mission is over by it.
     pub(crate) fn ending_mission(self, ends_mission: bool) -> Said {
         Said { ends_mission, ..self }
     }

@@ -23,7 +23,6 @@ pub(super) struct Threads {
 }
 
 impl Threads {
-    /// The record that led to this decision.
     pub(super) fn parent(&self, said: &Said) -> Option<u64> {
         match &said.cause {
             Cause::Nothing => None,

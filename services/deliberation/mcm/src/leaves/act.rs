@@ -1,7 +1,7 @@
 //! Flies a skill: starts it when ticked first, gives it up when halted, and ends with its outcome. A step of the plan is flown as the
 //! flags that are up allow: slower, or no farther than what they forbid, until they have fallen.
 
-use behavior_tree::{BuildError, In, Leaf, LeafResult, NodeSpec, Ports, Status};
+use behavior_tree::{In, Leaf, LeafResult, Ports, Status};
 use domain::contingency::narrowing::Narrowing;
 use domain::time::Time;
 
@@ -14,10 +14,13 @@ pub(super) struct Act {
     flown: Option<Flown>,
 }
 
-enum What {
+pub(super) enum What {
+    /// The goal of this port, which is that of a step.
     Port(In<Goal>),
     Fixed(domain::skill::Goal),
+    /// To stay where the vehicle is, by setpoints.
     HoldPosition,
+    /// To climb by the configured height.
     Climb,
 }
 
@@ -27,7 +30,6 @@ struct Flown {
     step: Option<StepGoal>,
 }
 
-/// What a step asks for, and what of it is flown.
 struct StepGoal {
     wanted: domain::skill::Goal,
     flown: NarrowedGoal,
@@ -38,28 +40,8 @@ struct StepGoal {
 }
 
 impl Act {
-    fn new(what: What) -> Act {
+    pub(super) fn new(what: What) -> Act {
         Act { what, flown: None }
-    }
-
-    /// The goal of its port, which is that of a step.
-    pub(super) fn with_port(spec: &NodeSpec<'_>) -> Result<Act, BuildError> {
-        Ok(Act::new(What::Port(spec.input("goal")?)))
-    }
-
-    /// To stay where the vehicle is, by setpoints.
-    pub(super) fn hold_position() -> Act {
-        Act::new(What::HoldPosition)
-    }
-
-    /// To climb by the configured height.
-    pub(super) fn climb() -> Act {
-        Act::new(What::Climb)
-    }
-
-    /// A fixed goal.
-    pub(super) fn fixed(goal: domain::skill::Goal) -> Act {
-        Act::new(What::Fixed(goal))
     }
 }
 
@@ -115,12 +97,7 @@ impl Leaf<World> for Act {
             What::Fixed(domain::skill::Goal::Stop) if world.touches_in_landing() => domain::skill::Goal::Land,
             What::Fixed(goal) => *goal,
             What::HoldPosition => match world.vehicle() {
-                Some(vehicle) => domain::skill::Goal::Position {
-                    target: vehicle.position,
-                    speed_limit_m_s: world.flight_limits().speeds.cruise_m_s,
-                    yaw_rad: None,
-                    hold_at_target: false,
-                },
+                Some(vehicle) => domain::skill::Goal::fly_to(vehicle.position, world.flight_limits().speeds.cruise_m_s),
                 None => {
                     ports.explain("the vehicle's position is not known");
                     return Ok(Status::Failure);

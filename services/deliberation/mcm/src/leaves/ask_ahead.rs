@@ -1,6 +1,6 @@
 //! Asking for permissions that later steps need, beside the flight of a step.
 
-use behavior_tree::{BuildError, In, Leaf, LeafResult, NodeSpec, Ports, Status};
+use behavior_tree::{In, Leaf, LeafResult, Ports, Status};
 use domain::plan::PermissionNeed;
 use domain::time::Time;
 
@@ -14,22 +14,15 @@ use crate::world::World;
 /// Halted, it leaves the requests as they are, because the step may just have been flown: the step that needs them takes them
 /// over. What ends the flight of the plan ends them too.
 pub(super) struct AskAhead {
-    permissions: In<Ahead>,
-    open: Vec<Open>,
+    pub(super) permissions: In<Ahead>,
+    pub(super) open: Vec<Open>,
 }
 
-/// A permission that is not granted or refused yet.
-struct Open {
+pub(super) struct Open {
     need: PermissionNeed,
     /// When it is asked for.
     at: Time,
     is_asked: bool,
-}
-
-impl AskAhead {
-    pub(super) fn new(spec: &NodeSpec<'_>) -> Result<AskAhead, BuildError> {
-        Ok(AskAhead { permissions: spec.input("permissions")?, open: Vec::new() })
-    }
 }
 
 impl Leaf<World> for AskAhead {

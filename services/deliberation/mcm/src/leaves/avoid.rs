@@ -63,21 +63,15 @@ impl Avoid {
 /// What is flown, and its way for operators.
 fn goal(chosen: Evasion, world: &mut World) -> (Goal, Option<ResponseWay>) {
     let speed_limit_m_s = world.flight_limits().speeds.cruise_m_s;
-    let (goal, text) = match chosen {
-        Evasion::Stay => (Goal::Stop, "stays: it passes well clear".to_owned()),
+    let (goal, text, way) = match chosen {
+        Evasion::Stay => (Goal::Stop, "stays: it passes well clear".to_owned(), None),
         Evasion::To(target) => {
-            let goal = Goal::Position { target, speed_limit_m_s, yaw_rad: None, hold_at_target: true };
-            (goal, format!("out of the way, to {target}"))
+            let way = ResponseWay { points: vec![target], destination: "out of the way".to_owned(), lands: false };
+            (Goal::hold_at(target, speed_limit_m_s), format!("out of the way, to {target}"), Some(way))
         }
-        Evasion::Land => (Goal::Land, "lands: nothing else is far enough from it".to_owned()),
+        Evasion::Land => (Goal::Land, "lands: nothing else is far enough from it".to_owned(), None),
     };
     world.say("contingency", text);
-    let way = match chosen {
-        Evasion::To(target) => {
-            Some(ResponseWay { points: vec![target], destination: "out of the way".to_owned(), lands: false })
-        }
-        Evasion::Stay | Evasion::Land => None,
-    };
     (goal, way)
 }
 

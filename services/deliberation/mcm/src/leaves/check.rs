@@ -5,6 +5,7 @@ use std::sync::{Arc, LazyLock};
 use behavior_tree::{LeafError, Ports};
 
 use super::ports::Condition;
+use super::unless;
 use crate::decide::Activity;
 use crate::world::World;
 
@@ -19,7 +20,7 @@ pub(super) fn mission_not_over(world: &World, ports: &mut Ports<'_>) -> Result<b
 /// Made once, so that a flag is answered before any words are made.
 static NONE: LazyLock<Arc<str>> = LazyLock::new(|| "none".into());
 
-pub(super) fn no_errors(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
+pub(super) fn no_flag_answered(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     let Some(flag) = world.answered_flag() else { return Ok(true) };
     ports.because("no flag is answered", flag.clone(), NONE.clone());
     Ok(false)
@@ -27,14 +28,9 @@ pub(super) fn no_errors(world: &World, ports: &mut Ports<'_>) -> Result<bool, Le
 
 pub(super) fn precondition(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     let condition = ports.get::<Condition>("condition")?;
-    if let Some(unmet) = world.unmet_precondition(&condition.0) {
-        ports.explain(format!("precondition not met: {unmet}"));
-        return Ok(false);
-    }
-    let breach = world.breach_of_present_step().map(|it| it.to_string());
-    let Some(unmet) = breach.or_else(|| world.bad_height_of_present_step()) else { return Ok(true) };
-    ports.explain(format!("precondition not met: {unmet}"));
-    Ok(false)
+    let breach = || world.breach_of_present_step().map(|it| it.to_string());
+    let unmet = world.unmet_precondition(&condition.0).or_else(breach).or_else(|| world.bad_height_of_present_step());
+    unless(unmet.map(|it| format!("precondition not met: {it}")), ports)
 }
 
 pub(super) fn invariant(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
@@ -43,19 +39,12 @@ pub(super) fn invariant(world: &World, ports: &mut Ports<'_>) -> Result<bool, Le
     if world.touches_down() {
         return Ok(true);
     }
-    if let Some(unmet) = world.unmet_invariant(&condition.0) {
-        ports.explain(format!("invariant not met: {unmet}"));
-        return Ok(false);
-    }
-    let Some(breach) = world.breach_ahead() else { return Ok(true) };
-    let breach = breach.to_string();
-    ports.explain(format!("invariant not met: {breach}"));
-    Ok(false)
+    let breach = || world.breach_ahead().map(|it| it.to_string());
+    let unmet = world.unmet_invariant(&condition.0).or_else(breach);
+    unless(unmet.map(|it| format!("invariant not met: {it}")), ports)
 }
 
 /// Whether the vehicle may come down where it is. In or over an area that forbids it only where nothing else is left.
 pub(super) fn may_land_here(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
-    let Some(why) = world.why_land_elsewhere() else { return Ok(true) };
-    ports.explain(why);
-    Ok(false)
+    unless(world.why_land_elsewhere(), ports)
 }

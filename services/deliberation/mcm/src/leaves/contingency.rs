@@ -4,19 +4,12 @@ use behavior_tree::{BuildError, Condition, Leaf, LeafError, LeafResult, NodeSpec
 use domain::contingency::Row;
 use domain::contingency::group::Group;
 
-use super::why;
+use super::{unless, why};
 use crate::world::{Reset, World};
 
-/// Whether its row is the one that responds.
 pub(super) struct Responds {
-    row: usize,
-    has_begun: bool,
-}
-
-impl Responds {
-    pub(super) fn new(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<Responds, BuildError> {
-        Ok(Responds { row: row(spec, table)?, has_begun: false })
-    }
+    pub(super) row: usize,
+    pub(super) has_begun: bool,
 }
 
 impl Condition<World> for Responds {
@@ -54,13 +47,7 @@ impl Condition<World> for GroupResponds {
 }
 
 /// Records that its row responds from here on.
-pub(super) struct BeginResponse(usize);
-
-impl BeginResponse {
-    pub(super) fn new(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<BeginResponse, BuildError> {
-        Ok(BeginResponse(row(spec, table)?))
-    }
-}
+pub(super) struct BeginResponse(pub(super) usize);
 
 impl Leaf<World> for BeginResponse {
     fn tick(&mut self, world: &mut World, _: &mut Ports<'_>) -> LeafResult {
@@ -69,20 +56,17 @@ impl Leaf<World> for BeginResponse {
     }
 }
 
-/// Waits until the next try of an action may begin: the first one at once, further ones after growing pauses.
-pub(super) struct AwaitTry {
-    action: usize,
+/// The place in its row of the action that a node is about.
+fn action(ports: &Ports<'_>) -> Result<usize, LeafError> {
+    Ok(ports.get::<i64>("action")? as usize)
 }
 
-impl AwaitTry {
-    pub(super) fn new(spec: &NodeSpec<'_>) -> Result<AwaitTry, BuildError> {
-        Ok(AwaitTry { action: spec.constant::<i64>("action")?.unwrap_or_default() as usize })
-    }
-}
+/// Waits until the next try of an action may begin: the first one at once, further ones after growing pauses.
+pub(super) struct AwaitTry;
 
 impl Leaf<World> for AwaitTry {
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        let not_before = world.await_try(self.action);
+        let not_before = world.await_try(action(ports)?);
         if world.now() < not_before {
             ports.tick_at(not_before.since_start());
             return Ok(Status::Running);
@@ -92,43 +76,19 @@ impl Leaf<World> for AwaitTry {
 }
 
 /// Whether an action of the response can be flown now; if not, says what it lacks.
-pub(super) struct IsPossible {
-    action: usize,
-}
-
-impl IsPossible {
-    pub(super) fn new(spec: &NodeSpec<'_>) -> Result<IsPossible, BuildError> {
-        Ok(IsPossible { action: spec.constant::<i64>("action")?.unwrap_or_default() as usize })
-    }
-}
-
-impl Condition<World> for IsPossible {
-    fn holds(&mut self, world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
-        let Some(why) = world.why_impossible(self.action) else { return Ok(true) };
-        ports.explain(why);
-        Ok(false)
-    }
+pub(super) fn is_possible(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
+    unless(world.why_impossible(action(ports)?), ports)
 }
 
 /// Records that the try of an action failed, and fails.
-pub(super) struct TryFailed;
-
-impl Leaf<World> for TryFailed {
-    fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        world.try_failed(&why(ports));
-        ports.tick_again();
-        Ok(Status::Failure)
-    }
+pub(super) fn try_failed(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
+    world.try_failed(&why(ports));
+    ports.tick_again();
+    Ok(false)
 }
 
 /// Takes the flag down as its row says, and holds until then.
-pub(super) struct ResetFlag(usize);
-
-impl ResetFlag {
-    pub(super) fn new(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<ResetFlag, BuildError> {
-        Ok(ResetFlag(row(spec, table)?))
-    }
-}
+pub(super) struct ResetFlag(pub(super) usize);
 
 impl Leaf<World> for ResetFlag {
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
@@ -148,7 +108,7 @@ impl Leaf<World> for ResetFlag {
 }
 
 /// The number of the row in the node's port, looked up once. Without a table the trees are only read for their ids.
-fn row(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<usize, BuildError> {
+pub(super) fn row(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<usize, BuildError> {
     let flag = spec.constant::<String>("flag")?.unwrap_or_default();
     let Some(table) = table else { return Ok(0) };
     let row = table.iter().position(|it| it.flag == flag);

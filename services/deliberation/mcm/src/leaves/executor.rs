@@ -70,6 +70,17 @@ impl Leaf<World> for NominalExecutor {
     }
 }
 
+/// Makes the next step of the plan the present one.
+pub(super) fn next_step(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
+    let has_next = world.advance();
+    if has_next {
+        ports.tick_again();
+    } else {
+        ports.explain("the plan has no further step");
+    }
+    Ok(has_next)
+}
+
 /// Why a subtree failed, as the engine recorded it.
 fn reason(subtree: &Tree<World>) -> String {
     subtree

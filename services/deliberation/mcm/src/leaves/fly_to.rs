@@ -15,10 +15,8 @@ use domain::way::{Found, MOST_LEGS};
 use super::skill_run::SkillRun;
 use crate::world::{Choice, Down, OF_ITS_OWN, ResponseWay, Stay, WayOut, WhatMayBeEntered, World};
 
-/// The destination.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Destination {
-    /// Over the take-off point.
     Home,
     /// Over the operator's landing site; over free ground, if there is none.
     LandingSite,
@@ -65,17 +63,12 @@ impl Leg {
 struct Chosen {
     /// The end, where that is a place to land at.
     site: Option<Ned>,
-    /// The points on the way.
     way: Vec<Ned>,
-    /// The place, to be recorded.
     place: Option<String>,
 }
 
-/// Why there is no way.
 enum NoWay {
-    /// To this place.
     To(Ned),
-    /// Out of an area.
     Out(Stay),
     /// To any place that would do.
     Anywhere(Cow<'static, str>),
@@ -91,7 +84,6 @@ const LOOK_AT_AUTOPILOT: Duration = Duration::from_millis(500);
 const SAME_LEG_M: f64 = 1.0;
 
 impl FlyTo {
-    /// Not started yet.
     pub(super) fn new(destination: Destination) -> FlyTo {
         FlyTo { destination, leg: None }
     }
@@ -199,7 +191,7 @@ impl FlyTo {
     /// ended may begin with the point of that leg, since a leg ends near its point; to fly there again would never end.
     fn next_point(way: &[Ned], here: Ned, world: &World) -> Option<(Ned, bool)> {
         let (last, turns) = way.split_last()?;
-        let is_ahead = |turn: &&Ned| world.limits().arrival_radius_m < turn.distance_m(here);
+        let is_ahead = |turn: &&Ned| world.limits().config.arrival_radius_m.get() < turn.distance_m(here);
         Some(turns.iter().find(is_ahead).map_or((*last, true), |turn| (*turn, false)))
     }
 
@@ -278,7 +270,7 @@ impl FlyTo {
             Some(leg) if is_flown(leg) => leg.run,
             _ => {
                 self.halt(world, ports);
-                SkillRun::start(world, Goal::Position { target, speed_limit_m_s, yaw_rad: None, hold_at_target: false })
+                SkillRun::start(world, Goal::fly_to(target, speed_limit_m_s))
             }
         };
         let points = way.into_iter().skip_while(|it| *it != target).collect();
@@ -314,12 +306,7 @@ impl FlyTo {
             Some(WayOut::Flies(way)) => FlyTo::next_point(&way, here, world),
             Some(WayOut::Stays(_)) | None => None,
         };
-        let goal = out.map_or(Goal::Stop, |(target, _)| Goal::Position {
-            target,
-            speed_limit_m_s,
-            yaw_rad: None,
-            hold_at_target: false,
-        });
+        let goal = out.map_or(Goal::Stop, |(target, _)| Goal::fly_to(target, speed_limit_m_s));
         let run = match &self.leg {
             Some(leg) if leg.waits == Some(goal) => leg.run,
             _ => {
@@ -353,10 +340,6 @@ impl FlyTo {
             world.say_what_forbids_landing(status == Status::Running);
         }
         Ok(status)
-    }
-
-    fn is_at_end(&self) -> bool {
-        self.leg.as_ref().is_some_and(|leg| leg.is_last)
     }
 
     /// Whether the way must be chosen again.
@@ -395,23 +378,19 @@ impl Leaf<World> for FlyTo {
             return Ok(Status::Failure);
         }
         let Some(leg) = &self.leg else { return self.begin(world, ports) };
-        match leg.run.poll(world, ports)? {
+        let (status, waits, is_at_end) = (leg.run.poll(world, ports)?, leg.waits.is_some(), leg.is_last);
+        let may_go_on = status == Status::Running || (status == Status::Success && waits);
+        let is_doubtful = may_go_on && self.is_doubtful(world);
+        match status {
             // What holds the vehicle has come to rest.
-            Status::Success if leg.waits.is_some() && !self.is_doubtful(world) => Ok(Status::Running),
-            Status::Success if !self.is_at_end() => match self.fly(world, ports)? {
-                Status::Running => Ok(Status::Running),
-                status => {
+            Status::Success if waits && !is_doubtful => Ok(Status::Running),
+            Status::Success | Status::Running if is_doubtful || (!may_go_on && !is_at_end) => {
+                let status = self.fly(world, ports)?;
+                if status != Status::Running {
                     self.halt(world, ports);
-                    Ok(status)
                 }
-            },
-            Status::Running if self.is_doubtful(world) => match self.fly(world, ports)? {
-                Status::Running => Ok(Status::Running),
-                status => {
-                    self.halt(world, ports);
-                    Ok(status)
-                }
-            },
+                Ok(status)
+            }
             // That it was interrupted says nothing of the way.
             Status::Failure if world.is_left_to_autopilot() && world.may_wait_for_autopilot() => {
                 self.wait_for_autopilot(world, ports);

@@ -1,6 +1,6 @@
 //! Asking for permissions, and whether the vehicle may then fly on.
 
-use behavior_tree::{BuildError, In, Leaf, LeafResult, NodeSpec, Ports, Status};
+use behavior_tree::{In, Leaf, LeafResult, Ports, Status};
 
 use super::ports::Needs;
 use crate::clients::permissions::Asking;
@@ -8,13 +8,7 @@ use crate::world::World;
 
 /// Asks for permissions until all of them are granted, or one is denied or never answered.
 pub(super) struct RequestPermissions {
-    needs: In<Needs>,
-}
-
-impl RequestPermissions {
-    pub(super) fn new(spec: &NodeSpec<'_>) -> Result<RequestPermissions, BuildError> {
-        Ok(RequestPermissions { needs: spec.input("permissions")? })
-    }
+    pub(super) needs: In<Needs>,
 }
 
 impl Leaf<World> for RequestPermissions {

@@ -3,7 +3,6 @@
 use behavior_tree::Object;
 use domain::plan::{AskAhead, PermissionNeed};
 
-/// What to fly.
 #[derive(Debug, Clone)]
 pub(crate) struct Goal(pub(crate) domain::skill::Goal);
 
@@ -11,7 +10,6 @@ impl Object for Goal {
     const NAME: &'static str = "Goal";
 }
 
-/// A precondition or an invariant.
 #[derive(Debug, Clone)]
 pub(crate) struct Condition(pub(crate) domain::plan::Condition);
 
@@ -19,7 +17,6 @@ impl Object for Condition {
     const NAME: &'static str = "Condition";
 }
 
-/// Permissions to get.
 #[derive(Debug, Clone)]
 pub(crate) struct Needs(pub(crate) Vec<PermissionNeed>);
 

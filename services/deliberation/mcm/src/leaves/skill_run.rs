@@ -6,7 +6,6 @@ use domain::skill::{Goal, SkillOutcome};
 use crate::clients::skills::{Handle, Progress, ending};
 use crate::world::World;
 
-/// A skill under way.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SkillRun {
     handle: Handle,
@@ -14,7 +13,6 @@ pub(super) struct SkillRun {
 }
 
 impl SkillRun {
-    /// Wants `goal` flown from here on.
     pub(super) fn start(world: &mut World, goal: Goal) -> SkillRun {
         SkillRun { handle: world.start_skill(goal), goal }
     }
@@ -44,7 +42,6 @@ impl SkillRun {
         self.goal == Goal::Land && has_timed_out
     }
 
-    /// Gives it up.
     pub(super) fn halt(self, world: &mut World) {
         world.halt_skill(self.handle);
     }

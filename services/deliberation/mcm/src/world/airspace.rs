@@ -7,7 +7,6 @@ use domain::airspace::{Airspace, Breach, Clock, Grants, Motion};
 use domain::area::{Area, AreaKind};
 use domain::contingency::narrowing::Narrowing;
 use domain::geometry::Ned;
-use domain::harm::Harm;
 use domain::plan::Step;
 use domain::skill::Goal;
 use domain::speeds::Speeds;
@@ -17,6 +16,7 @@ use domain::way::FlightLimits;
 
 use super::World;
 use super::places::SAME_SITE_M;
+use crate::clients::planner::FlownMission;
 use crate::permits::{Beyond, Permits, held_for};
 
 /// Time to brake and to turn before the way out is flown.
@@ -39,7 +39,6 @@ pub(crate) struct WhatMayBeEntered {
 }
 
 impl World {
-    /// What the vehicle may do with its permissions at this wake.
     pub(super) fn permits(&self) -> &Permits {
         self.answer.permits.get_or_init(|| {
             let (now, grants) = (self.now.time, self.permissions.grants(self.now.time));
@@ -62,7 +61,7 @@ impl World {
 
     /// The areas that a way may begin to enter, with a margin before the expiry: what the planner may count on.
     pub(super) fn enterable(&self) -> Vec<String> {
-        held_for(&self.permits().to_begin(), self.setup.limits.permission_margin)
+        held_for(&self.permits().to_enter(), self.setup.limits.permission_margin)
     }
 
     /// All areas, those that may be entered now, and what flags forbid.
@@ -76,28 +75,26 @@ impl World {
         }
     }
 
-    /// Flies this mission, nothing of which has been attempted.
     pub(crate) fn begin_mission(&mut self, mission: &domain::mission::Mission) {
-        self.planner.begin_mission(mission);
+        self.planner.mission = FlownMission::beginning(mission);
     }
 
-    /// The airspace as it is now, with this lead.
     pub(super) fn airspace<'a>(&'a self, grants: &'a Grants, lead: Duration) -> Airspace<'a> {
         Airspace {
             areas: self.planner.areas(),
             grants,
             clock: Clock { utc_ms: self.now.utc_ms, pace: self.setup.limits.pace },
             lead,
-            vertical_margin_m: self.setup.limits.vertical_margin_m,
-            ground: self.planner.ground(),
+            vertical_margin_m: self.setup.limits.config.vertical_margin_m.get(),
+            ground: &self.planner.mission.ground,
         }
     }
 
     /// What is wrong with flying straight from `from`, in the air, to `to` now.
     pub(super) fn breach_on_way(&self, from: Ned, to: Ned, speed_m_s: f64) -> Option<Breach> {
         let speeds = Speeds { cruise_m_s: speed_m_s, ..self.setup.limits.flight.speeds };
-        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true, accepts: Harm::NONE };
-        self.airspace(&self.permits().to_begin(), self.setup.limits.leave_lead).first_breach(from, to, motion)
+        let motion = Motion::in_air(speeds);
+        self.airspace(&self.permits().to_enter(), self.setup.limits.leave_lead).first_breach(from, to, motion)
     }
 
     /// What is wrong with flying straight to `to` from where the vehicle is.
@@ -105,7 +102,6 @@ impl World {
         self.breach_on_way(self.seen.vehicle?.position, to, speed_m_s)
     }
 
-    /// What is wrong with beginning `step` where the vehicle is.
     pub(super) fn breach_of_step(&self, step: &Step) -> Option<Breach> {
         let vehicle = self.seen.vehicle?;
         let here = vehicle.position;
@@ -119,7 +115,7 @@ impl World {
             }
             // Not the vehicle but the load comes down from here.
             Goal::Release { .. } => {
-                (here.at_height(here.height_m().min(self.planner.ground().height_m(here))), Speeds::OF_A_LOAD)
+                (here.at_height(here.height_m().min(self.planner.mission.ground.height_m(here))), Speeds::OF_A_LOAD)
             }
             Goal::Stop | Goal::Velocity { .. } => return None,
         };
@@ -127,13 +123,13 @@ impl World {
             Motion { begins: Duration::ZERO, speeds, airborne: vehicle.flying, accepts: step.nominal.goal.accepts() };
         let permits = self.permits();
         // In the air the vehicle stops before an area: see `breach_at_rest`.
-        let grants = if vehicle.flying { permits.to_stay() } else { permits.to_begin() };
+        let grants = if vehicle.flying { permits.to_stay() } else { permits.to_enter() };
         self.airspace(&grants, self.setup.limits.leave_lead).first_breach(here, to, motion)
     }
 
     /// What is wrong with beginning the present step where the vehicle is.
     pub(crate) fn breach_of_present_step(&self) -> Option<Breach> {
-        let (step, ..) = self.planner.step()?;
+        let (step, ..) = self.planner.flight.step()?;
         self.breach_of_step(step)
     }
 
@@ -141,7 +137,7 @@ impl World {
     pub(crate) fn bad_height_of_present_step(&self) -> Option<String> {
         /// An estimate of the height varies by as much. (ENG)
         const TOLERANCE_M: f64 = 1.0;
-        let (step, here) = (self.planner.step()?.0, self.seen.vehicle?.position);
+        let (step, here) = (self.planner.flight.step()?.0, self.seen.vehicle?.position);
         let height_m = match step.nominal.goal {
             Goal::Position { target, .. } => target.height_m(),
             Goal::Takeoff { climb_m } => here.height_m() + climb_m,
@@ -157,7 +153,7 @@ impl World {
             let level_m = here.height_m().max(target.height_m());
             let level = (here.at_height(level_m), target.at_height(level_m));
             let into_ground = FlightLimits { least_height_m: 0.0, ..self.flight_limits() };
-            if let Some(why) = self.planner.ground().why_too_low(level, &into_ground) {
+            if let Some(why) = self.planner.mission.ground.why_too_low(level, &into_ground) {
                 return Some(why);
             }
         }
@@ -167,7 +163,7 @@ impl World {
 
     /// What the last check found to be wrong with the rest of the present step.
     pub(crate) fn breach_ahead(&self) -> Option<&Breach> {
-        let (step, ..) = self.planner.step()?;
+        let (step, ..) = self.planner.flight.step()?;
         self.watch.airspace.step.as_ref().filter(|(id, _)| *id == step.id).map(|(_, breach)| breach)
     }
 
@@ -208,7 +204,6 @@ impl World {
         (place.horizontal_distance_m(at) < SAME_SITE_M).then(|| self.flags.name(row))
     }
 
-    /// Why no landing may begin at `place`, if so.
     pub(super) fn why_no_landing_at(&self, place: Ned) -> Option<String> {
         Some(format!("no landing there while `{}` is up", self.landing_forbidden_by(place)?))
     }
@@ -216,6 +211,6 @@ impl World {
     /// The permissions that a response could use from here on, also one that is not under way: it may enter everything that is held if it
     /// reaches no landing otherwise.
     pub(super) fn permits_of_responses(&self) -> Grants {
-        if self.comes_down() { self.permits().to_begin() } else { self.permits().grants.clone() }
+        if self.comes_down() { self.permits().to_enter() } else { self.permits().grants.clone() }
     }
 }

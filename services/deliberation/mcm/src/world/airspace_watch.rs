@@ -8,7 +8,6 @@ use domain::area::{Area, AreaKind};
 use domain::contingency::{AREA_AHEAD, AREA_BREACHED, Phase};
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
-use domain::harm::Harm;
 use domain::plan::StepId;
 use domain::speeds::Speeds;
 use domain::time::Time;
@@ -46,10 +45,8 @@ fn time_inside_s(from: Ned, way: &[Ned], areas: &[&Area], margin_m: f64, speeds:
 #[derive(Debug, Default)]
 pub(super) struct AirspaceWatch {
     next: Time,
-    /// What is wrong with the rest of the present step.
     pub(super) step: Option<(StepId, Breach)>,
-    /// The vehicle is inside an area.
-    inside: bool,
+    pub(super) inside: bool,
     /// The time that it needs to leave what is around it. While a breach lasts it does not become less: a way out that has begun is
     /// flown to its end.
     pub(super) leaving: Duration,
@@ -61,7 +58,6 @@ pub(super) struct AirspaceWatch {
 /// How long the ways take out of the areas around the vehicle whose permissions end before long.
 #[derive(Debug, Default)]
 pub(super) struct WaysOut {
-    /// When they are looked for again.
     again: Time,
     /// By the names of the areas; those without a way are not in here.
     pub(super) times: BTreeMap<String, Duration>,
@@ -71,11 +67,6 @@ impl AirspaceWatch {
     /// The next check is due at once.
     pub(super) fn invalidate(&mut self) {
         (self.next, self.ways_out.again) = (Time::ZERO, Time::ZERO);
-    }
-
-    /// Whether the vehicle was inside an area.
-    pub(super) fn is_inside(&self) -> bool {
-        self.inside
     }
 }
 
@@ -101,18 +92,18 @@ impl World {
         match breach {
             // Down where it is comes before a hold in there.
             Some(_) if self.flight_phase() == Phase::Landing && matches!(self.way_out(), Some(WayOut::Stays(_))) => {}
-            Some(breach) => self.raise(AREA_BREACHED, SELF, breach.in_words()),
+            Some(breach) => self.raise(AREA_BREACHED, SELF, in_words(&breach)),
             // One that was up before a restart is not known to be over yet.
             None if self.permissions.awaits_first_ledger(self.now.time) => {}
             None => self.flags.condition_gone(AREA_BREACHED, SELF),
         }
-        let step = self.planner.step();
+        let step = self.planner.flight.step();
         self.watch.airspace.step = step.and_then(|(step, ..)| Some((step.id, self.breach_of_step(step)?)));
         self.renew_permissions(vehicle.position);
     }
 
     /// What is wrong with being at `here` for as long as it takes to leave.
-    fn breach_here(&mut self, here: Ned) -> Option<BreachHere> {
+    fn breach_here(&mut self, here: Ned) -> Option<Breach> {
         self.look_for_ways_out(here);
         let leaving = self.time_to_leave_all(here);
         let grants = self.permits().to_stay();
@@ -120,7 +111,7 @@ impl World {
         let is_inside = self.areas_around(here).next().is_some();
         let watch = &mut self.watch.airspace;
         (watch.inside, watch.leaving, watch.breached) = (is_inside, leaving, breach.is_some());
-        breach.map(BreachHere)
+        breach
     }
 
     /// Looks for the ways out of the areas around the vehicle whose permissions end before the longest way out could be flown: the nearest
@@ -154,7 +145,7 @@ impl World {
         let FlightLimits { speeds, highest_m, .. } = self.limits_in_wind();
         let against_wind_m_s = (speeds.airspeed_m_s - speeds.wind.speed_m_s()).min(speeds.cruise_m_s);
         let vertical_m_s = speeds.climb_m_s.min(speeds.descent_m_s);
-        with_turn(self.setup.limits.farthest_out_m / against_wind_m_s + highest_m / vertical_m_s)
+        with_turn(self.setup.limits.config.farthest_out_m.get() / against_wind_m_s + highest_m / vertical_m_s)
     }
 
     /// The area that may not be entered in which `vehicle` would come to rest if it braked now, in words.
@@ -163,7 +154,7 @@ impl World {
         if speed_m_s < MOVES_M_S {
             return None;
         }
-        let way_m = speed_m_s * speed_m_s / (2.0 * self.setup.limits.braking_m_s2);
+        let way_m = speed_m_s * speed_m_s / (2.0 * self.setup.limits.config.braking_m_s2.get());
         let (here, velocity, share) = (vehicle.position, vehicle.velocity, way_m / speed_m_s);
         let at_rest = Ned::new(
             here.north_m + velocity.north_m_s * share,
@@ -171,7 +162,7 @@ impl World {
             here.down_m + velocity.down_m_s * share,
         );
         let speeds = Speeds::calm(speed_m_s, speed_m_s, speed_m_s);
-        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true, accepts: Harm::NONE };
+        let motion = Motion::in_air(speeds);
         let grants = self.permits().to_continue();
         let breach = self.airspace(&grants, Duration::ZERO).first_breach(here, at_rest, motion)?;
         // One that is held and ends soon is left by its own rule.
@@ -220,17 +211,12 @@ impl World {
     }
 }
 
-/// A breach where the vehicle is.
-struct BreachHere(Breach);
-
-impl BreachHere {
-    fn in_words(&self) -> String {
-        let area = &self.0.area;
-        match self.0.why {
-            Why::KeepOut if self.0.after.is_zero() => format!("inside keep-out area {area}"),
-            Why::KeepOut => format!("keep-out area {area} applies here in {} s", self.0.after.as_secs()),
-            Why::NotGranted => format!("inside area {area} without permission"),
-            Why::TooShort { held, .. } => format!("the permission for area {area} expires in {} s", held.as_secs()),
-        }
+/// What is wrong where the vehicle is.
+fn in_words(Breach { area, why, after, .. }: &Breach) -> String {
+    match why {
+        Why::KeepOut if after.is_zero() => format!("inside keep-out area {area}"),
+        Why::KeepOut => format!("keep-out area {area} applies here in {} s", after.as_secs()),
+        Why::NotGranted => format!("inside area {area} without permission"),
+        Why::TooShort { held, .. } => format!("the permission for area {area} expires in {} s", held.as_secs()),
     }
 }

@@ -22,9 +22,8 @@ const LEGS_OF_A_LOOK: u32 = 2_000;
 /// A reason names at most this many places. (ENG: a sentence that can be read.)
 const MOST_BARRED: usize = 3;
 /// So many places are told. (ENG: an operator's screen, and a link that may be narrow.)
-const MOST_TOLD: usize = 8;
+pub(super) const MOST_TOLD: usize = 8;
 
-/// The ways as they were seen last.
 #[derive(Debug, Default)]
 pub(super) struct Alternates {
     looks: Vec<Look>,
@@ -47,7 +46,6 @@ pub(crate) struct Choice {
     pub(crate) position: Ned,
     /// What happens to the vehicle there.
     pub(crate) kind: SiteKind,
-    /// What it is.
     pub(crate) words: String,
     /// The way there took a permission that was not held.
     pub(crate) asks: bool,
@@ -94,13 +92,7 @@ impl World {
         self.watch.alternates = Alternates { looks, entered: Some(entered), turn: next };
     }
 
-    /// The best places as they were looked at last, best first; none on the ground.
-    pub(super) fn told_alternates(&self) -> Vec<Alternate> {
-        let mut alternates = self.seen_alternates();
-        alternates.truncate(MOST_TOLD);
-        alternates
-    }
-
+    /// The places as they were looked at last, best first; none on the ground.
     pub(super) fn seen_alternates(&self) -> Vec<Alternate> {
         let looks = self.watch.alternates.looks.iter();
         let seen = looks.filter_map(|it| Some(self.alternate(it.candidate.clone(), it.way.clone()?)));
@@ -113,11 +105,7 @@ impl World {
     pub(crate) fn record_place(&mut self, position: Ned, place: String) {
         let seen = self.seen_alternates();
         let text = format!("flies to {place} to land");
-        let said = Said::new(CONTINGENCY, DecisionKind::SiteChosen, text);
-        let said = match self.response_row() {
-            Some(row) => said.about(row),
-            None => said,
-        };
+        let said = Said::new(CONTINGENCY, DecisionKind::SiteChosen, text).about(self.response_row());
         let Some(chosen) = seen.iter().find(|it| it.candidate.position == position) else {
             // A place beside one where a landing has failed is no alternate, and nothing is known of it.
             return self.record(said.taking(place, String::new()));
@@ -257,7 +245,7 @@ impl World {
     }
 
     fn candidates(&self) -> Vec<Candidate> {
-        let objectives = self.planner.status().objectives.iter().map(|it| &it.objective);
+        let objectives = self.planner.mission.status.objectives.iter().map(|it| &it.objective);
         candidates(self.people.operator.landing_site, self.mission_sites(), objectives)
     }
 }

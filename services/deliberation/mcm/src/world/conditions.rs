@@ -4,35 +4,21 @@ use domain::plan::Condition;
 
 use super::World;
 
-/// The first clause that is not met.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Unmet {
-    what: &'static str,
-    found: String,
-    wanted: String,
-}
-
-impl std::fmt::Display for Unmet {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} is {}, wanted {}", self.what, self.found, self.wanted)
-    }
-}
-
 impl World {
     /// The first clause of a precondition that is not met. The mode is not checked before the start, since no skill of
     /// the step executes yet.
-    pub(crate) fn unmet_precondition(&self, condition: &Condition) -> Option<Unmet> {
+    pub(crate) fn unmet_precondition(&self, condition: &Condition) -> Option<String> {
         self.first_unmet(condition, false)
     }
 
     /// The first clause of an invariant that is not met. The flight mode is checked only once the vehicle was seen in
     /// the mode of the skill that executes.
-    pub(crate) fn unmet_invariant(&self, condition: &Condition) -> Option<Unmet> {
+    pub(crate) fn unmet_invariant(&self, condition: &Condition) -> Option<String> {
         self.first_unmet(condition, self.skills.has_shown_its_mode())
     }
 
-    fn first_unmet(&self, condition: &Condition, judge_mode: bool) -> Option<Unmet> {
-        let unmet = |what, found: String, wanted: String| Some(Unmet { what, found, wanted });
+    fn first_unmet(&self, condition: &Condition, judge_mode: bool) -> Option<String> {
+        let unmet = |what: &str, found: String, wanted: String| Some(format!("{what} is {found}, wanted {wanted}"));
         let Some(vehicle) = &self.seen.vehicle else {
             return unmet("the vehicle's state", "unknown".into(), "data from the monitor".into());
         };

@@ -5,7 +5,7 @@ use domain::measured::{Measured, Unit};
 use domain::time::Time;
 use kittiwake_proto::topics::Topic;
 
-use super::news::MONITOR;
+use super::monitor_flags::MONITOR;
 use super::{SELF, World};
 
 /// Of a name that has no row, which may be as long as a message.
@@ -15,7 +15,7 @@ impl World {
     /// Takes in the monitor's messages since the last tick: the newest introspection, and flags. Returns when the
     /// monitor counts as lost if nothing more comes.
     pub(crate) fn take_in_news(&mut self) -> Option<Time> {
-        if let Some(vehicle) = self.monitor.news.take_vehicle() {
+        if let Some(vehicle) = self.monitor.vehicle.take() {
             let vehicle = self.seen.confirmed.correct(vehicle, self.now.time, &self.setup.limits);
             if let Some(mode) = vehicle.mode {
                 self.skills.on_mode(mode, vehicle.status_at);
@@ -25,7 +25,7 @@ impl World {
             self.measure_consumption();
             self.flags.condition_gone(INTROSPECTION_LOST, SELF);
         }
-        for flag in self.monitor.news.take_flags() {
+        for flag in std::mem::take(&mut self.monitor.flags) {
             if self.flags.number(&flag.name).is_none() {
                 // Counted with what the heartbeat calls malformed: a name that nobody knows cannot be acted on.
                 let name: String = flag.name.chars().take(MOST_CHARACTERS).collect();
@@ -71,7 +71,6 @@ impl World {
         None
     }
 
-    /// A transition action flies, or no longer does.
     pub(crate) fn set_in_transition(&mut self, flies: bool) {
         self.answer.in_transition = flies;
     }

@@ -28,7 +28,6 @@ const CARRIED_M: f64 = 20.0;
 /// Why nothing is flown but a landing where the vehicle is.
 pub(crate) const OF_ITS_OWN: &str = "the autopilot flies a failsafe of its own";
 
-/// What is known about who flies.
 #[derive(Debug, Default)]
 pub(super) struct Control {
     /// An operator has ordered to take control back: then, and when a skill was flown since.
@@ -45,11 +44,9 @@ pub(super) struct Control {
     frame: Option<Known<Frame>>,
 }
 
-/// A local frame of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Frame {
     epoch: u64,
-    /// Where it has its origin, if that is known.
     origin: Option<Origin>,
 }
 
@@ -83,14 +80,12 @@ impl World {
         !self.control.other.is_empty()
     }
 
-    /// A skill has come to be flown.
     pub(super) fn skill_flown(&mut self) {
         if let Some(taking) = &mut self.control.taking {
             taking.flown.get_or_insert(self.now.time);
         }
     }
 
-    /// A skill was pre-empted, for this reason.
     pub(super) fn skill_pre_empted(&mut self, by_other: bool, reason: &str) {
         if by_other {
             // Also while control is being taken back: somebody has taken it again.
@@ -119,7 +114,6 @@ impl World {
         self.control.taking = takes_control.then(Taking::default);
     }
 
-    /// How requests for skills are sent now.
     pub(super) fn sending(&self) -> Sending {
         Sending { quietly: self.is_flown_by_other(), takes_control: self.control.taking.is_some() }
     }
@@ -137,7 +131,6 @@ impl World {
         !left.is_empty()
     }
 
-    /// Notices who flies.
     pub(super) fn watch_control(&mut self) {
         let Some(vehicle) = self.seen.vehicle else { return };
         let stands = !vehicle.armed && !vehicle.flying;
@@ -269,8 +262,8 @@ impl World {
 
     /// Whether the present step was planned for a local frame with another origin than this one, by a mission for which that matters.
     fn is_planned_elsewhere(&self, origin: Option<Origin>) -> bool {
-        let apart = self.planner.planned_from().zip(origin).is_some_and(|(a, b)| !is_same_place(a, b));
-        apart && self.planner.step().is_some() && self.planner.status().origin.is_some()
+        let apart = self.planner.planned_from.zip(origin).is_some_and(|(a, b)| !is_same_place(a, b));
+        apart && self.planner.flight.step().is_some() && self.planner.mission.status.origin.is_some()
     }
 
     /// An operator lets a mission on the ground go on in the frame that there is now. Returns whether another one was.

@@ -2,23 +2,12 @@
 
 use super::World;
 
-/// Why an order to start or resume is refused.
 pub(super) const INSPECT_FIRST: &str = "the vehicle has crashed: inspect it, then order `inspected`";
 
 /// The last crash of the vehicle. Inspected: an operator has said so, and it has not flown since.
 pub(super) type Crash = kittiwake_proto::v1::StoredCrash;
 
 impl World {
-    /// The vehicle has crashed.
-    pub(super) fn note_crash(&mut self, why: &str) {
-        self.landings.crash.get_or_insert(Crash { why: why.to_owned(), is_inspected: false });
-    }
-
-    /// The vehicle flies: a later crash is another one.
-    pub(super) fn forget_inspected_crash(&mut self) {
-        self.landings.crash.take_if(|it| it.is_inspected);
-    }
-
     /// Why the vehicle has to be inspected before anything starts.
     pub(super) fn uninspected_crash(&self) -> Option<&str> {
         self.landings.crash.as_ref().filter(|it| !it.is_inspected).map(|it| &*it.why)

@@ -3,28 +3,21 @@
 use std::borrow::Cow;
 
 use domain::contingency::narrowing::{Narrowing, Narrows};
-use domain::contingency::{Action, Moment, Raised, Row, Severity};
+use domain::contingency::{Action, Moment, Raised, Severity};
 use domain::decision::DecisionKind;
 
 use super::responses::ActiveResponse;
 use super::{Mission, World};
 use crate::clients::planner::{Holding, PlanRequest};
-use crate::decide::{Awaited, Belief, Decision, PlanStage, Progress, Stage, Wait, decide};
+use crate::decide::{Awaited, Decision, Inputs, PlanStage, Progress, Stage, Wait, decide};
 use crate::journal::{CONTINGENCY, Cause, Entry, Said};
 use crate::vehicle::Vehicle;
 
 /// A decision with all that it follows from, so that it is made again when that is another, and then only.
 #[derive(Debug, Default)]
 pub(super) struct Decided {
-    belief: Belief,
-    progress: Progress,
+    inputs: Inputs,
     decision: Decision,
-}
-
-impl Decided {
-    fn of(belief: Belief, progress: Progress, rows: &[Row]) -> Decided {
-        Decided { decision: decide(&belief, rows, progress), belief, progress }
-    }
 }
 
 impl World {
@@ -45,15 +38,13 @@ impl World {
     /// that an old one is never kept; the table is that of the start.
     fn decided_anew(&self) -> Option<Decided> {
         let moment = Moment { situation: self.situation(), phase: self.flight_phase() };
-        let (progress, decided) = (self.mission_progress(), &self.answer.decided);
-        let is_same = progress == decided.progress
-            && moment == decided.belief.moment
-            && self.raised().eq(decided.belief.raised.iter().copied());
-        let belief = || Belief { raised: self.raised().collect(), moment };
-        (!is_same).then(|| Decided::of(belief(), progress, self.setup.table.rows()))
+        let (progress, before) = (self.mission_progress(), &self.answer.decided.inputs);
+        let is_same =
+            progress == before.progress && moment == before.moment && self.raised().eq(before.raised.iter().copied());
+        let inputs = || Inputs { raised: self.raised().collect(), moment, progress };
+        (!is_same).then(inputs).map(|inputs| Decided { decision: decide(&inputs, self.setup.table.rows()), inputs })
     }
 
-    /// What the leaves of this tick act by.
     pub(crate) fn decision(&self) -> &Decision {
         &self.answer.decided.decision
     }
@@ -72,9 +63,8 @@ impl World {
     #[cfg(test)]
     pub(crate) fn decided(&self) -> (Decision, Decision) {
         let moment = Moment { situation: self.situation(), phase: self.flight_phase() };
-        let belief = Belief { raised: self.raised().collect(), moment };
-        let fresh = Decided::of(belief, self.mission_progress(), self.setup.table.rows());
-        (self.decision_now().into_owned(), fresh.decision)
+        let inputs = Inputs { raised: self.raised().collect(), moment, progress: self.mission_progress() };
+        (self.decision_now().into_owned(), decide(&inputs, self.setup.table.rows()))
     }
 
     /// The row that responds at this tick; `None`: the nominal flight continues.
@@ -87,7 +77,6 @@ impl World {
         self.decision_now().responder()
     }
 
-    /// How far the mission has come.
     fn mission_progress(&self) -> Progress {
         let Mission { over, started_s, .. } = &self.mission;
         let stage = match (over, started_s) {
@@ -106,14 +95,14 @@ impl World {
 
     fn plan_stage(&self) -> PlanStage {
         let wait = |what, until| PlanStage::Awaited(Wait { what, until });
-        match self.planner.request() {
-            _ if self.planner.step().is_some() => PlanStage::Flown,
+        match &self.planner.request {
+            _ if self.planner.flight.step().is_some() => PlanStage::Flown,
             PlanRequest::Planned => PlanStage::Flown,
             PlanRequest::Finished => PlanStage::Settled,
             PlanRequest::Asked(_) => wait(Awaited::Answer, None),
             PlanRequest::Proposed(_, until) => wait(Awaited::Approval, Some(*until)),
             _ if self.plans_from().is_none() => wait(Awaited::Vehicle, None),
-            PlanRequest::Idle => wait(Awaited::Retry, Some(self.planner.ask_from())),
+            PlanRequest::Idle => wait(Awaited::Retry, Some(self.planner.pauses.until())),
             PlanRequest::Retry(at, _) => wait(Awaited::Retry, Some(*at)),
             PlanRequest::Hold(until, _, Holding::ForAWay) => wait(Awaited::Retry, Some(*until)),
             PlanRequest::Hold(until, _, Holding::ByTheMission) => wait(Awaited::Stay, Some(*until)),
@@ -130,12 +119,10 @@ impl World {
         })
     }
 
-    /// Whether the response of `row` has begun and not ended.
     pub(crate) fn is_under_way(&self, row: usize) -> bool {
         self.answer.response.as_ref().is_some_and(|it| it.row == row)
     }
 
-    /// The row whose response is under way.
     pub(super) fn response_row(&self) -> Option<usize> {
         self.answer.response.as_ref().map(|it| it.row)
     }
@@ -181,7 +168,7 @@ impl World {
         let meaning = match what {
             Narrows::NoNewArea => "no area is entered in which the vehicle is not already".to_owned(),
             Narrows::NoLandingHere => "no landing where the vehicle is".to_owned(),
-            Narrows::Slow => format!("no faster than {:.1} m/s", self.setup.limits.slow_speed_m_s),
+            Narrows::Slow => format!("no faster than {:.1} m/s", self.setup.limits.config.slow_speed_m_s.get()),
         };
         let text = format!("`{}`: {}, {meaning}", self.flags.name(row), what.name());
         let said = Said::new(CONTINGENCY, DecisionKind::Note, text).about(row).led_to_by(Cause::Raised(row));

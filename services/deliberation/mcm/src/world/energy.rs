@@ -8,7 +8,6 @@ use kittiwake_proto::v1;
 
 use super::World;
 
-/// Seconds in an hour.
 const HOUR_S: f64 = 3600.0;
 
 impl World {
@@ -100,7 +99,7 @@ impl World {
     /// What it takes to fly to `site` and land there in the wind as it is, in Wh; straight, where there is no way yet.
     pub(super) fn landing_flight_wh(&self, from: Ned, site: Ned) -> f64 {
         let limits = self.limits_in_wind();
-        let approach_m = self.planner.ground().approach_m(from, site, &limits);
+        let approach_m = self.planner.mission.ground.approach_m(from, site, &limits);
         let straight = || vec![from.at_height(approach_m), site.at_height(approach_m)];
         let mut way = self.way_to(site).unwrap_or_else(straight);
         way.push(site);

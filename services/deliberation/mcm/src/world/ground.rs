@@ -28,10 +28,11 @@ impl World {
                 self.landings.unplanned = None;
             }
             if self.seen.vehicle.is_some_and(|it| it.armed) {
-                self.forget_inspected_crash();
+                // A later crash is another one.
+                self.landings.crash.take_if(|it| it.is_inspected);
             }
             if !was_flying {
-                self.monitor.news.of_monitor.lifts_off();
+                self.monitor.listed.lifts_off();
             }
         } else if was_flying && self.is_on_ground() {
             // After a restart nobody has seen where it came down.
@@ -39,7 +40,7 @@ impl World {
             self.touched_down();
         }
         if let Some(vehicle) = self.seen.vehicle.filter(|it| !it.flying && !it.armed) {
-            self.planner.mission_mut().measure_ground(vehicle.position);
+            self.planner.mission.ground.measure(vehicle.position);
         }
         let since = |before: Option<Time>, holds: bool| before.or(Some(self.now.time)).filter(|_| holds);
         let stands = |armed| self.seen.vehicle.is_some_and(|it| !it.flying && it.armed == armed);
@@ -77,7 +78,7 @@ impl World {
 
     /// Notices where the landing of a step begins. A restored one counts until a plan of this manager is flown.
     fn watch_landing_by_plan(&mut self, here: Ned) {
-        let step = self.planner.step();
+        let step = self.planner.flight.step();
         let lands = self.response_row().is_none() && step.is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
         let known = self.landings.by_plan.filter(|it| if it.is_live() { lands } else { step.is_none() });
         let begins = Known::live(here.at_height(0.0), self.now.time);

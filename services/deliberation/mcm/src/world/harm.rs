@@ -109,20 +109,16 @@ impl World {
         }
         let by = self.needed_by();
         for area in &areas {
-            self.permissions.announce_entry(area, why, by, &self.setup.limits, &mut self.out.outbox);
+            self.permissions.send(area, why, by, &self.setup.limits, &mut self.out.outbox);
         }
         let names: Vec<&str> = areas.iter().map(String::as_str).collect();
         let text = format!("enters area {} without permission: {why}", names.join(", "));
         let said = Said::new(CONTINGENCY, DecisionKind::Note, text).led_to_by(Cause::Response);
-        self.record(match self.response_row() {
-            Some(row) => said.about(row),
-            None => said,
-        });
+        self.record(said.about(self.response_row()));
         all.extend(areas);
         self.go_beyond(Beyond::Into(all));
     }
 
-    /// The areas that the response under way enters without permission.
     pub(super) fn entered_without_permission(&self) -> Vec<String> {
         let grants = &self.permits().grants;
         self.answer.beyond.areas().filter(|it| !grants.contains_key(*it)).cloned().collect()
@@ -231,11 +227,8 @@ impl World {
         };
         let text =
             format!("area {areas} may be entered although {although}: it is held, and else no landing can be reached");
-        let said = Said::new(CONTINGENCY, DecisionKind::Note, text);
-        let said = match row {
-            Some(row) => said.about(row).led_to_by(Cause::Raised(row)),
-            None => said.led_to_by(Cause::Response),
-        };
+        let cause = row.map_or(Cause::Response, Cause::Raised);
+        let said = Said::new(CONTINGENCY, DecisionKind::Note, text).about(row).led_to_by(cause);
         self.record(said.taking(place, "with the permissions that are held".to_owned()));
     }
 }

@@ -12,7 +12,7 @@ use node::{CallError, CallId};
 use signed_permissions::belief::{Taken, ToAsk, Why};
 
 use super::World;
-use super::news::{Level, ListedFlag};
+use super::monitor_flags::{Level, ListedFlag};
 use crate::clients::planner::{ApprovalPolicy, NoAnswer, Question};
 use crate::clients::skills::Reply;
 use crate::journal::{Cause, Said};
@@ -23,7 +23,6 @@ use crate::vehicle::Vehicle;
 const LONGEST_REFUSAL: usize = 256;
 
 impl World {
-    /// Takes in a message.
     pub(crate) fn take_in(&mut self, message: Message) {
         let topic = message.topic();
         if let Err(invalid) = self.parse_and_take_in(message) {
@@ -31,10 +30,9 @@ impl World {
         }
     }
 
-    /// The monitor of `vehicle` was started.
     pub(crate) fn monitor_started(&mut self, vehicle: &str) {
         if vehicle == self.mission.vehicle_name {
-            self.monitor.news.of_monitor.monitor_started();
+            self.monitor.listed.monitor_started();
         }
     }
 
@@ -48,10 +46,9 @@ impl World {
                 self.monitor.told.hear(&introspection, now);
                 let flags = std::mem::take(&mut introspection.flags).into_iter();
                 let undecided = std::mem::take(&mut introspection.undecided_flags).into_iter().collect();
-                self.monitor.news.compare(Level { up: flags.map(listed).collect(), undecided });
-                if let Some(vehicle) = vehicle? {
-                    self.monitor.news.add_vehicle(vehicle);
-                }
+                let level = Level { up: flags.map(listed).collect(), undecided };
+                self.monitor.flags.extend(self.monitor.listed.compare(level));
+                self.monitor.vehicle = vehicle?.or(self.monitor.vehicle);
                 traffic?;
             }
             Message::SkillEvent(event) => {
@@ -107,7 +104,6 @@ impl World {
         Ok(())
     }
 
-    /// Takes in the reply to a call, or why there is none.
     pub(crate) fn take_reply(&mut self, call: CallId, result: Result<Response, CallError>) {
         let Some(purpose) = self.out.outbox.purpose(call) else { return };
         let (now, timeout) = (self.now.time, self.setup.limits.request_timeout);
@@ -130,11 +126,11 @@ impl World {
             }
             Purpose::Replan(id) => {
                 let (basis, state) = (self.basis(), self.planning_state());
-                let (present, moved_m) = (basis.clone(), self.setup.limits.arrival_radius_m);
+                let (present, moved_m) = (basis.clone(), self.setup.limits.config.arrival_radius_m.get());
                 let holds = |question: &Question| state.is_some_and(|state| question.holds(&state, &present, moved_m));
                 let approval = ApprovalPolicy {
-                    plans: self.setup.limits.plan_approval,
-                    limit: self.setup.limits.plan_approval_limit,
+                    plans: self.setup.limits.config.plan_approval,
+                    limit: self.setup.limits.config.plan_approval_limit_s.seconds(),
                 };
                 let reply = plan_reply(result);
                 if let Err(NoAnswer::Invalid(invalid)) = &reply {
@@ -155,7 +151,7 @@ impl World {
                 Ok(_) => {}
             },
             // An event of the skill itself says that it was cancelled.
-            Purpose::CancelSkill(skill_id) if result.is_err() => self.skills.on_cancel_lost(self.now.time, skill_id),
+            Purpose::CancelSkill(skill_id) if result.is_err() => self.skills.cancel_again(self.now.time, skill_id),
             Purpose::CancelSkill(_) => {}
         }
     }

@@ -11,7 +11,7 @@ impl World {
     /// This speed over ground, or less while a flag slows the vehicle, in metres per second.
     pub(super) fn slowed(&self, speed_m_s: f64) -> f64 {
         match self.narrowing().slow {
-            Some(_) => speed_m_s.min(self.setup.limits.slow_speed_m_s),
+            Some(_) => speed_m_s.min(self.setup.limits.config.slow_speed_m_s.get()),
             None => speed_m_s,
         }
     }
@@ -51,15 +51,15 @@ impl World {
     }
 
     fn speeds_in_wind(&self) -> Speeds {
-        let (airspeed_m_s, wind) = (self.setup.limits.airspeed_m_s, self.wind());
+        let (airspeed_m_s, wind) = (self.setup.limits.config.airspeed_m_s.get(), self.wind());
         Speeds { airspeed_m_s, wind, ..self.flight_limits().speeds }
     }
 
     /// Why it flies to no place, if the wind has blown it away for longer than a gust.
     pub(super) fn why_blown_away(&self) -> Option<String> {
-        let since = self.watch.progress.blown_since()?;
+        let since = self.watch.progress.blown_since?;
         let blown = self.now.time - since;
-        let (wind_m_s, airspeed_m_s) = (self.wind().speed_m_s(), self.setup.limits.airspeed_m_s);
+        let (wind_m_s, airspeed_m_s) = (self.wind().speed_m_s(), self.setup.limits.config.airspeed_m_s.get());
         (STRETCH <= blown).then(|| {
             let blown_s = blown.as_secs();
             format!("the wind has been {wind_m_s:.1} m/s for {blown_s} s, and it flies {airspeed_m_s:.1} m/s")

@@ -8,7 +8,6 @@ use domain::trust::{Doubt, Known, Source};
 use super::{SELF, World};
 use crate::clients::planner::FlownMission;
 
-/// The manager's memory.
 #[derive(Debug, Default)]
 pub(super) struct Memory {
     pub(super) health: MemoryHealth,
@@ -36,7 +35,6 @@ impl World {
         self.show_memory();
     }
 
-    /// The outcome of the newest attempt to save.
     pub(crate) fn memory_written(&mut self, outcome: Result<(), String>, loss: Option<u64>) {
         self.memory.health.written(outcome, loss);
         self.show_memory();
@@ -54,7 +52,7 @@ impl World {
             Some(_) => None,
         };
         if let Some(why) = why.filter(|_| !self.memory.is_lost() && self.is_flying()) {
-            self.memory_lost(MemoryLoss { id: self.planner.instance().max(1), why: why.to_owned() });
+            self.memory_lost(MemoryLoss { id: self.planner.instance.max(1), why: why.to_owned() });
         }
         let is_over = self.memory.of_another.is_some() && !self.is_flying();
         if is_over {
@@ -82,7 +80,7 @@ impl World {
     /// From here on the mission of the file is flown, if it is another one than that of the memory.
     fn take_mission_of_file(&mut self) {
         if let Some((_, of_file)) = self.memory.of_another.take() {
-            *self.planner.mission_mut() = of_file;
+            self.planner.mission = of_file;
             self.watch.airspace.invalidate();
         }
     }

@@ -36,7 +36,6 @@ pub(super) struct MissionRequests {
 struct Open {
     token: Token,
     request: v1::MissionRequest,
-    /// What the tower had closed then.
     closed: Vec<v1::ClosedArea>,
     /// Of the mission that was asked about, and how many of its steps were flown.
     version: u64,
@@ -45,7 +44,6 @@ struct Open {
 }
 
 impl World {
-    /// Somebody asks about the mission.
     pub(crate) fn take_request(&mut self, token: Token, request: v1::MissionRequest) {
         if let Some(Ask::Read(_)) = request.request {
             let text = "the mission as it stands".to_owned();
@@ -77,7 +75,7 @@ impl World {
             closed: self.closed(),
         };
         self.people.requests.last += 1;
-        let mission = self.planner.mission();
+        let mission = &self.planner.mission;
         let (version, flown) = (mission.version(), mission.flown());
         let open = Open { token, request, closed: edit.closed.clone(), version, flown, tries };
         self.people.requests.open.insert(self.people.requests.last, open);
@@ -93,11 +91,11 @@ impl World {
             Ok(_) => return self.answer(open.token, refused("the planner has answered something else".to_owned())),
             Err(error) => return self.answer(open.token, refused(format!("the planner {error}"))),
         };
-        let has_changed = open.version != self.planner.mission().version() || open.closed != self.closed();
+        let has_changed = open.version != self.planner.mission.version() || open.closed != self.closed();
         let is_outdated = edited.mission.is_some() && has_changed;
         if (is_outdated || edited.areas_unknown) && open.tries < MOST_TRIES {
             if edited.areas_unknown {
-                self.planner.mission_mut().areas_are_unknown();
+                self.planner.mission.areas_are_unknown();
             }
             return self.ask_what_it_comes_to(open.token, open.request, open.tries + 1);
         }
@@ -138,6 +136,6 @@ impl World {
     /// Answers with the mission as it stands.
     fn answer(&mut self, token: Token, reply: v1::MissionReply) {
         let status = Some(self.planner.told().into());
-        self.reply(token, Response::Mission(v1::MissionReply { status, ..reply }));
+        self.out.outbox.reply(token, Response::Mission(v1::MissionReply { status, ..reply }));
     }
 }

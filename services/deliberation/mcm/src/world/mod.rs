@@ -1,5 +1,5 @@
 //! What the manager knows and wants. Leaves ask it questions and give it orders by verbs; no code outside this folder
-//! uses its fields.
+//! uses its fields, but the node takes what is to be sent.
 //!
 //! Nothing here waits or reads a clock.
 
@@ -16,9 +16,7 @@ use domain::mission::{MissionOutcome, MissionReport};
 use domain::mission_clock::MissionClock;
 use domain::time::{Now, Time};
 use domain::trust::Known;
-use kittiwake_proto::topics::{Message, Response};
 use kittiwake_proto::v1;
-use node::{Effect, Token};
 
 use crate::clients::permissions::Permissions;
 use crate::clients::planner::Planner;
@@ -45,8 +43,8 @@ mod intake;
 mod limits;
 mod memory;
 mod mission_requests;
+mod monitor_flags;
 mod narrowing;
-mod news;
 mod next_flight;
 mod operator;
 mod orders;
@@ -63,6 +61,7 @@ mod slack;
 mod start;
 mod status;
 mod steps;
+mod told;
 mod traffic;
 mod ways;
 
@@ -77,14 +76,15 @@ use decision::Decided;
 pub(crate) use harm::Down;
 use memory::Memory;
 use mission_requests::MissionRequests;
+use monitor_flags::{FlagNews, MonitorFlags};
 pub(crate) use narrowing::{Barrier, NarrowedGoal};
-use news::{News, Told};
 use orders::Operator;
 use progress::FlightWatch;
 pub(crate) use response_way::ResponseWay;
 use responses::ActiveResponse;
 pub(crate) use responses::Reset;
 pub(crate) use status::Reporter;
+use told::Told;
 use traffic::SeenTraffic;
 pub(crate) use ways::{Stay, WayOut};
 
@@ -108,10 +108,9 @@ pub(crate) struct World {
     watch: Watch,
     answer: Answer,
     landings: Landings,
-    out: Out,
+    pub(crate) out: Out,
 }
 
-/// What the manager was started with.
 struct Setup {
     limits: Limits,
     table: Arc<Contingencies>,
@@ -121,8 +120,11 @@ struct Setup {
 /// What the monitor tells, and whether it does.
 #[derive(Default)]
 struct Monitor {
-    /// Messages that the monitor leaf has not taken in yet.
-    news: News,
+    /// The newest vehicle, and flags in order, that the tree has not taken in yet.
+    vehicle: Option<Vehicle>,
+    flags: Vec<FlagNews>,
+    /// Its flags as they were listed last.
+    listed: MonitorFlags,
     /// What monitors have told, for one that is started again and for this process after a restart.
     told: Told,
     /// Since when it is waited for.
@@ -131,7 +133,6 @@ struct Monitor {
     spoke: Option<Time>,
 }
 
-/// What is known of the vehicle.
 struct Seen {
     /// As it was heard last.
     vehicle: Option<Vehicle>,
@@ -148,7 +149,6 @@ struct Seen {
     at_rest_since: Option<Time>,
 }
 
-/// What is watched while it flies.
 #[derive(Default)]
 struct Watch {
     airspace: AirspaceWatch,
@@ -159,7 +159,6 @@ struct Watch {
 /// What was decided, and the response that follows from it.
 #[derive(Default)]
 struct Answer {
-    /// What was decided at this tick.
     decided: Decided,
     /// What the vehicle may do with its permissions, once it was asked at this wake.
     permits: OnceCell<Permits>,
@@ -169,7 +168,6 @@ struct Answer {
     response_way: Option<(usize, ResponseWay)>,
     /// What it enters although it is not permitted.
     beyond: Beyond,
-    /// A transition action flies.
     in_transition: bool,
 }
 
@@ -196,14 +194,12 @@ struct People {
     requests: MissionRequests,
 }
 
-/// What is to be sent and recorded.
 #[derive(Default)]
-struct Out {
-    outbox: Outbox,
+pub(crate) struct Out {
+    pub(crate) outbox: Outbox,
     journal: Journal,
 }
 
-/// The mission as a whole.
 #[derive(Debug, Default)]
 struct Mission {
     /// Latched: no nominal flight after it.
@@ -217,7 +213,6 @@ struct Mission {
     clock: MissionClock,
 }
 
-/// How the mission ended.
 #[derive(Debug, Clone, PartialEq)]
 struct Over {
     outcome: MissionOutcome,
@@ -267,7 +262,6 @@ impl World {
         }
     }
 
-    /// Sets the present moment.
     pub(crate) fn set_now(&mut self, now: Now) {
         self.now = now;
         self.mission.clock.pass(now, self.setup.limits.pace);
@@ -281,12 +275,10 @@ impl World {
         self.now.time
     }
 
-    /// The parameters.
     pub(crate) fn limits(&self) -> &Limits {
         &self.setup.limits
     }
 
-    /// The trees that steps are made from.
     pub(crate) fn library(&self) -> &Arc<Library<World>> {
         &self.setup.library
     }
@@ -296,22 +288,18 @@ impl World {
         self.record(Said::new(topic, DecisionKind::Note, text));
     }
 
-    /// Records a decision.
     pub(crate) fn record(&mut self, said: Said) {
         self.out.journal.decided(self.now, Entry::Said(said));
     }
 
-    /// How far a skill has come; `None` once it is forgotten.
     pub(crate) fn skill_progress(&self, skill: Handle) -> Option<&Progress> {
         self.skills.progress(skill)
     }
 
-    /// Gives a skill up.
     pub(crate) fn halt_skill(&mut self, skill: Handle) {
         self.skills.halt(self.now.time, skill);
     }
 
-    /// The vehicle as it was heard last.
     pub(crate) fn vehicle(&self) -> Option<&Vehicle> {
         self.seen.vehicle.as_ref()
     }
@@ -346,44 +334,22 @@ impl World {
     pub(crate) fn end_mission(&mut self, outcome: MissionOutcome, reason: impl Into<String>) {
         let (reason, is_crash) = (reason.into(), outcome == MissionOutcome::Crash);
         if is_crash {
-            self.note_crash(&reason);
+            self.landings.crash.get_or_insert(Crash { why: reason.clone(), is_inspected: false });
         }
         if self.mission.over.is_none() || (is_crash && self.report().is_none()) {
             self.mission.over = Some(Over { outcome, reason, report: None, is_next_uploaded: false });
         }
     }
 
-    /// The report, once it is made.
     fn report(&self) -> Option<&MissionReport> {
         self.mission.over.as_ref()?.report.as_ref()
     }
 
-    /// Publishes the decisions of this wake.
     pub(crate) fn publish_decisions(&mut self) {
         for record in self.out.journal.records(self.now, &self.flags, &self.setup.table) {
             let at_s = self.mission.clock.seconds(record.at_s);
             self.out.outbox.publish(v1::DecisionRecord { at_s, ..record.into() });
         }
-    }
-
-    /// Publishes a message.
-    pub(crate) fn publish(&mut self, message: impl Into<Message>) {
-        self.out.outbox.publish(message);
-    }
-
-    /// Answers a request.
-    pub(crate) fn reply(&mut self, token: Token, response: Response) {
-        self.out.outbox.reply(token, response);
-    }
-
-    /// Whether nothing is to be sent.
-    pub(crate) fn has_nothing_to_send(&self) -> bool {
-        self.out.outbox.is_empty()
-    }
-
-    /// Moves everything that is to be sent to `effects`.
-    pub(crate) fn drain_into(&mut self, effects: &mut Vec<Effect>) {
-        self.out.outbox.drain_into(effects);
     }
 
     /// When something is due here, apart from the tree.
@@ -393,6 +359,6 @@ impl World {
 
     /// The step that a permission is needed for that is asked for now.
     pub(super) fn needed_by(&self) -> StepId {
-        self.planner.step().map_or(StepId(0), |(step, ..)| step.id)
+        self.planner.flight.step().map_or(StepId(0), |(step, ..)| step.id)
     }
 }

@@ -1,13 +1,10 @@
 //! What is forbidden while flags are up, whatever is flown: the rule is [`domain::contingency::narrowing`], and everything here that
 //! chooses a way, a speed or a place asks what it says.
 
-use std::time::Duration;
-
 use domain::airspace::{Breach, Motion};
 use domain::contingency::Phase;
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
-use domain::harm::Harm;
 use domain::route::WORTH_FLYING_M;
 use domain::skill::Goal;
 use domain::speeds::Speeds;
@@ -41,26 +38,18 @@ impl World {
     /// The goal of the present step as it may be flown now: slower, or as a hold before what flags forbid. `present`: what the
     /// vehicle holds before already; it does so until that is allowed again, even if it has drifted over the border.
     pub(crate) fn narrowed(&self, wanted: Goal, present: Option<&Barrier>) -> NarrowedGoal {
-        let goal = match wanted {
-            Goal::Position { target, speed_limit_m_s, yaw_rad, hold_at_target } => {
-                Goal::Position { target, speed_limit_m_s: self.slowed(speed_limit_m_s), yaw_rad, hold_at_target }
-            }
-            Goal::Land | Goal::Takeoff { .. } | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } => wanted,
-        };
+        let mut goal = wanted;
+        if let Goal::Position { speed_limit_m_s, .. } = &mut goal {
+            *speed_limit_m_s = self.slowed(*speed_limit_m_s);
+        }
         let Some(here) = self.seen.vehicle.filter(|it| it.flying).map(|it| it.position) else {
             return NarrowedGoal { goal, barrier: None };
         };
         match self.barrier(here, goal, present) {
             None => NarrowedGoal { goal, barrier: None },
-            Some((barrier, at)) => NarrowedGoal {
-                goal: Goal::Position {
-                    target: at,
-                    speed_limit_m_s: self.flight_limits().speeds.cruise_m_s,
-                    yaw_rad: None,
-                    hold_at_target: true,
-                },
-                barrier: Some(barrier),
-            },
+            Some((barrier, at)) => {
+                NarrowedGoal { goal: Goal::hold_at(at, self.flight_limits().speeds.cruise_m_s), barrier: Some(barrier) }
+            }
         }
     }
 
@@ -81,13 +70,13 @@ impl World {
                 (target, Speeds { cruise_m_s: speed_limit_m_s, ..self.setup.limits.flight.speeds })
             }
             Goal::Land => {
-                let (step, ..) = self.planner.step()?;
+                let (step, ..) = self.planner.flight.step()?;
                 (here.at_height(step.reaches.position.height_m()), self.setup.limits.flight.speeds)
             }
             Goal::Takeoff { .. } | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } => return None,
         };
-        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true, accepts: Harm::NONE };
-        let grants = self.permits().to_begin();
+        let motion = Motion::in_air(speeds);
+        let grants = self.permits().to_enter();
         let breach = self.airspace(&grants, self.setup.limits.leave_lead).first_breach(here, to, motion)?;
         let at = match goal {
             Goal::Land => here,
@@ -98,7 +87,7 @@ impl World {
 
     /// Where to stop on the way from `here` to `target`, before this breach; `None`: that is not worth flying.
     pub(super) fn before(&self, here: Ned, target: Ned, breach: &Breach) -> Option<Ned> {
-        let allowed_m = here.distance_m(breach.at) - self.setup.limits.transition.stand_off_m;
+        let allowed_m = here.distance_m(breach.at) - self.setup.limits.config.transition_stand_off_m.get();
         (WORTH_FLYING_M <= allowed_m).then(|| here.towards(target, allowed_m / here.distance_m(target)))
     }
 
@@ -124,12 +113,12 @@ impl World {
         if let Barrier::Area(area) = barrier {
             self.permissions.withhold(area, why.clone());
         }
-        format!("{what}: {why}, for {} s", self.setup.limits.barrier_limit.as_secs_f64())
+        format!("{what}: {why}, for {} s", self.setup.limits.config.barrier_limit_s.seconds().as_secs_f64())
     }
 
     /// When a step that holds before what a flag forbids from now on is given up.
     pub(crate) fn barrier_ends(&self) -> Time {
-        self.now.time + self.setup.limits.barrier_limit
+        self.now.time + self.setup.limits.config.barrier_limit_s.seconds()
     }
 
     /// Straight up by the configured height, no higher than a flight without a plan may be; `None`: it is as high, or on the ground.
@@ -139,7 +128,7 @@ impl World {
     pub(crate) fn climb(&self) -> Result<Option<Goal>, String> {
         let vehicle = self.seen.vehicle.ok_or("the vehicle's position is not known")?;
         let (here, limits) = (vehicle.position, self.flight_limits());
-        let height_m = (here.height_m() + self.setup.limits.climb_by_m).min(limits.highest_m);
+        let height_m = (here.height_m() + self.setup.limits.config.climb_by_m.get()).min(limits.highest_m);
         if self.flight_phase() == Phase::OnGround || height_m - here.height_m() < WORTH_FLYING_M {
             return Ok(None);
         }
@@ -147,13 +136,13 @@ impl World {
         let speed_limit_m_s = limits.speeds.cruise_m_s;
         match self.breach_on_way(here, target, speed_limit_m_s) {
             Some(breach) => Err(breach.to_string()),
-            None => Ok(Some(Goal::Position { target, speed_limit_m_s, yaw_rad: None, hold_at_target: false })),
+            None => Ok(Some(Goal::fly_to(target, speed_limit_m_s))),
         }
     }
 
     /// Whether the straight way between these is high enough over the ground.
     pub(super) fn is_clear(&self, from: Ned, to: Ned) -> bool {
-        self.planner.ground().why_too_low((from, to), &self.setup.limits.flight).is_none()
+        self.planner.mission.ground.why_too_low((from, to), &self.setup.limits.flight).is_none()
     }
 
     /// Whether there is no plan for longer than the planner takes to answer: it lets the mission wait, is asked later, or an operator is.
@@ -173,11 +162,11 @@ impl World {
         }
         let here = Some(vehicle).filter(|it| it.flying)?.position;
         let moves = MOVES_M_S < vehicle.velocity.ground_speed_m_s();
-        let onward = self.planner.interrupted_goal().filter(|_| moves && !self.rests_without_plan());
+        let onward = self.planner.flight.interrupted_goal().filter(|_| moves && !self.rests_without_plan());
         let Some(Goal::Position { target, speed_limit_m_s, yaw_rad, .. }) = onward else {
             return Some(Goal::Stop);
         };
-        let speed_m_s = self.slowed(self.setup.limits.transition.speed_m_s.min(speed_limit_m_s));
+        let speed_m_s = self.slowed(self.setup.limits.config.transition_speed_m_s.get().min(speed_limit_m_s));
         let target = match self.breach_on_way(here, target, speed_m_s) {
             Some(breach) => self.before(here, target, &breach),
             None => Some(target).filter(|it| WORTH_FLYING_M <= here.distance_m(*it) && self.is_clear(here, *it)),

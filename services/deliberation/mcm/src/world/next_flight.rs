@@ -30,7 +30,7 @@ impl World {
         self.answer.in_transition = false;
         self.count_what_is_still_listed();
         self.landings.blocked_sites.clear();
-        Ok(format!("the next mission starts: `{}`", self.planner.status().mission))
+        Ok(format!("the next mission starts: `{}`", self.planner.mission.status.mission))
     }
 
     /// The vehicle that flew another mission stands, as after a loss of power in flight and a way home by hand: nothing of it is for the mission of
@@ -49,7 +49,9 @@ impl World {
     fn begin_anew(&mut self) {
         let Mission { vehicle_name, clock, .. } = std::mem::take(&mut self.mission);
         self.mission = Mission { vehicle_name, clock, ..Mission::default() };
-        self.people.operator = Operator::of_next_flight(std::mem::take(&mut self.people.operator));
+        // Answers are remembered, so that a repeated order begins nothing again.
+        let answers = std::mem::take(&mut self.people.operator.answers);
+        self.people.operator = Operator { has_started: true, answers, ..Operator::default() };
         self.restore_frame(None);
         self.permissions.begin_flight();
         self.landings.unplanned = None;

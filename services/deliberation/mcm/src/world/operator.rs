@@ -31,16 +31,13 @@ const AT_M: f64 = 3.0;
 
 type Outcome = Result<String, String>;
 
-/// Who gives an order, and how.
 #[derive(Debug, Clone, Copy)]
 struct Order<'a> {
     by: &'a str,
-    /// With override.
     overrides: bool,
 }
 
 impl World {
-    /// Obeys `command` if the state allows it.
     pub(crate) fn obey(&mut self, command: v1::OperatorCommand) -> v1::OperatorReply {
         let v1::OperatorCommand { request_id, operator, verb } = command;
         if let Some(reply) = self.people.operator.answers.get(&request_id) {
@@ -75,7 +72,6 @@ impl World {
         reply
     }
 
-    /// Whether the vehicle holds by an operator's order.
     pub(super) fn is_paused(&self) -> bool {
         self.flags.get(PAUSE).is_some_and(|it| it.holds())
     }
@@ -231,7 +227,7 @@ impl World {
 
     fn land_at(&mut self, request: v1::LandAt, order: Order) -> Outcome {
         let site = landing_site(request).map_err(|invalid| invalid.to_string())?;
-        let site = site.at_height(self.planner.ground().height_m(site));
+        let site = site.at_height(self.planner.mission.ground.height_m(site));
         if FARTHEST_M < site.horizontal_distance_m(Ned::default()) {
             return Err(format!("the site is farther than {FARTHEST_M} m from the origin"));
         }
@@ -285,7 +281,7 @@ impl World {
     }
 
     fn decide(&mut self, request: v1::DecidePlan, by: &str) -> Outcome {
-        let Some((plan, _)) = self.planner.request().proposal() else {
+        let Some((plan, _)) = self.planner.request.proposal() else {
             return Err("no plan waits for approval".into());
         };
         let waiting = plan.revision;
@@ -375,7 +371,6 @@ impl World {
     }
 }
 
-/// The landing site in a request.
 fn landing_site(request: v1::LandAt) -> Result<Ned, InvalidMessage> {
     let position = request.position.ok_or(InvalidMessage::Missing("position"))?;
     Ned::try_from(v1::Ned { down_m: 0.0, ..position })

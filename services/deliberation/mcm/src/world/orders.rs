@@ -9,13 +9,10 @@ use node::Answers;
 /// The rows behind the verbs; the newest order replaces the one before it.
 pub(super) const ORDERS: [&str; 4] = [OPERATOR_ABORT, OPERATOR_RETURN, OPERATOR_LAND, OPERATOR_PAUSE];
 
-/// The source of these flags.
 pub(super) const SOURCE: &str = "operator";
 
-/// What operators have ordered.
 #[derive(Debug, Default)]
 pub(super) struct Operator {
-    /// The mission was started.
     pub(super) has_started: bool,
     /// For `operator_land`.
     pub(super) landing_site: Option<Ned>,
@@ -31,14 +28,6 @@ impl TryFrom<&v1::StoredOrders> for Operator {
     }
 }
 
-impl Operator {
-    /// After the order that begins the flight after `last`: answers are remembered, so that a repeated order begins nothing again.
-    pub(super) fn of_next_flight(last: Operator) -> Operator {
-        Operator { has_started: true, answers: last.answers, ..Operator::default() }
-    }
-}
-
-/// Whether `flag` is that of an operator's order.
 pub(super) fn is_order(flag: &str) -> bool {
     ORDERS.contains(&flag)
 }

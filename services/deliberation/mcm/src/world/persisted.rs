@@ -16,8 +16,9 @@ use kittiwake_proto::v1;
 
 use super::control::Frame;
 use super::memory::Memory;
-use super::news::{MONITOR, Told};
+use super::monitor_flags::MONITOR;
 use super::orders::{self, Operator};
+use super::told::Told;
 use super::{Over, SELF, World};
 use crate::clients::planner::FlownMission;
 use crate::flags::Flag;
@@ -39,7 +40,7 @@ impl World {
     pub(crate) fn persist(&self, configured: &str) -> v1::McmMemory {
         v1::McmMemory {
             configured: self.memory.of_another.as_ref().map_or(configured, |(flown, _)| flown).to_owned(),
-            mission: Some(self.planner.mission().stored()),
+            mission: Some(self.planner.mission.stored()),
             orders: Some(v1::StoredOrders {
                 started: self.people.operator.has_started,
                 landing_site: self.people.operator.landing_site.map(Into::into),
@@ -55,7 +56,7 @@ impl World {
             }),
             loss: self.memory.health.loss.clone().map(Into::into),
             decisions: self.permissions.stored(),
-            decision_numbers: self.out.journal.ceiling(),
+            decision_numbers: self.out.journal.numbers.ceiling(),
             crash: self.landings.crash.clone(),
         }
     }
@@ -81,7 +82,7 @@ impl World {
     /// Why the rest of the state cannot be used; nothing else is changed then.
     pub(crate) fn resume(&mut self, configured: &str, memory: v1::McmMemory) -> Result<(), UnusableState> {
         let grants = self.permissions.restore(memory.decisions);
-        self.out.journal.number_above(memory.decision_numbers);
+        self.out.journal.numbers.go_on_above(memory.decision_numbers);
         self.landings.crash = memory.crash;
         let (flight, clock) = (memory.flight.unwrap_or_default(), memory.clock.unwrap_or_default());
         let is_of_another = memory.configured != configured;
@@ -100,7 +101,7 @@ impl World {
         self.mission.clock = MissionClock::resumed(clock.began_utc_ms, clock.set_by_ms);
         self.mission.started_s = clock.started_s.filter(|it| it.is_finite());
         memory.flags.into_iter().for_each(|it| self.restore_flag(it));
-        let of_file = std::mem::replace(self.planner.mission_mut(), mission);
+        let of_file = std::mem::replace(&mut self.planner.mission, mission);
         let changed = "the mission file was changed while the vehicle flew".to_owned();
         let change = MemoryLoss { id: memory.decision_numbers.max(1), why: changed };
         let loss = Some(change).filter(|_| is_of_another).or(memory.loss.map(Into::into));
@@ -136,7 +137,7 @@ impl World {
         if sources.iter().any(|it| !own(it)) {
             sources.retain(own);
             sources.push(MONITOR.to_owned());
-            self.monitor.news.of_monitor.expect(&name);
+            self.monitor.listed.expect(&name);
         }
         let text = format!("flag `{name}` is up since before the mission manager was started again");
         let said = Said::new(CONTINGENCY, DecisionKind::ContingencyRaised, text).about(row);

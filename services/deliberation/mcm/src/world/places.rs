@@ -31,7 +31,6 @@ impl World {
         }
     }
 
-    /// How many landings have failed at `place`.
     pub(super) fn failed_landings_at(&self, place: Ned) -> u32 {
         let is_there = |it: &&Ned| it.horizontal_distance_m(place) < SAME_SITE_M;
         self.landings.blocked_sites.iter().filter(is_there).count() as u32
@@ -44,17 +43,15 @@ impl World {
             return Vec::new();
         }
         let is_fit = |it: &Ned| self.failed_landings_at(*it) == 0 && self.unfit_to_land(*it).is_none();
-        let on_ground = aside(here).map(|it| it.at_height(self.planner.ground().height_m(it)));
+        let on_ground = aside(here).map(|it| it.at_height(self.planner.mission.ground.height_m(it)));
         on_ground.filter(is_fit).collect()
     }
 
-    /// The sites of the mission.
     pub(super) fn mission_sites(&self) -> &[Site] {
-        let sites = &self.planner.status().sites;
+        let sites = &self.planner.mission.status.sites;
         &sites[..sites.len().min(MOST_SITES)]
     }
 
-    /// The operator's landing site.
     pub(crate) fn landing_site(&self) -> Option<Ned> {
         self.people.operator.landing_site
     }

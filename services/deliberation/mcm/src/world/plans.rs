@@ -1,5 +1,6 @@
 //! The plan that is asked for, approved, and adopted.
 
+use domain::contingency::OPERATOR_PAUSE;
 use domain::decision::DecisionKind;
 use domain::geodesy::Origin;
 use domain::mission::{MissionOutcome, ObjectiveStatus, Progress};
@@ -7,6 +8,7 @@ use domain::state::State;
 use domain::time::Now;
 
 use super::World;
+use super::orders::SOURCE;
 use crate::clients::planner::{ALL_SETTLED, Basis, Viewpoint};
 use crate::config::Verdict;
 use crate::decide::{Awaited, Wait};
@@ -23,10 +25,10 @@ impl World {
         let is_over = wait.is_over(self.now.time);
         match wait.what {
             Awaited::Approval if is_over => {
-                self.decide_plan(self.setup.limits.plan_approval_default, "nobody has decided in time");
+                self.decide_plan(self.setup.limits.config.plan_approval_default, "nobody has decided in time");
             }
             // The planner said to hold by what was known then.
-            Awaited::Retry | Awaited::Stay if is_over || self.planner.request().holds_by_other(&self.basis()) => {
+            Awaited::Retry | Awaited::Stay if is_over || self.planner.request.holds_by_other(&self.basis()) => {
                 self.ask_for_plan();
             }
             _ => {}
@@ -34,16 +36,16 @@ impl World {
     }
 
     fn ask_for_plan(&mut self) {
-        let Some(viewpoint) = self.viewpoint_of_plans() else { return };
-        let known = (self.basis(), self.permits().to_begin());
-        let (moved_m, timeout) = (self.setup.limits.arrival_radius_m, self.setup.limits.request_timeout);
+        let Some(viewpoint) = self.planning_state().map(|it| self.viewpoint_in(it)) else { return };
+        let known = (self.basis(), self.permits().to_enter());
+        let (moved_m, timeout) = (self.setup.limits.config.arrival_radius_m.get(), self.setup.limits.request_timeout);
         self.planner.ask_for_plan(viewpoint, known, moved_m, timeout, &mut self.out.outbox);
         self.mission.started_s.get_or_insert(self.mission.clock.seconds(self.now.time.as_secs_f64()));
     }
 
     /// What the planner is to know of permissions and areas now.
     pub(super) fn basis(&self) -> Basis {
-        let areas_id = self.planner.mission().areas().id().to_owned();
+        let areas_id = self.planner.mission.areas().id().to_owned();
         Basis { revision: self.permissions.revision(), held: self.enterable(), areas_id }
     }
 
@@ -52,9 +54,8 @@ impl World {
         self.planner.stop_asking_for_plan();
     }
 
-    /// Flies the plan that waits for approval, or holds.
     pub(super) fn decide_plan(&mut self, verdict: Verdict, why: &str) {
-        let Some((plan, _)) = self.planner.request().proposal() else { return };
+        let Some((plan, _)) = self.planner.request.proposal() else { return };
         let (plan, revision) = (plan.clone(), plan.revision);
         match verdict {
             Verdict::Approve => {
@@ -66,7 +67,7 @@ impl World {
                 let text = format!("plan {revision} refused: {why}");
                 self.record(Said::new("plan", DecisionKind::PlanRejected, text));
                 self.planner.discard_proposal();
-                self.pause_for(format!("plan {revision} refused: {why}"));
+                self.raise(OPERATOR_PAUSE, SOURCE, format!("plan {revision} refused: {why}"));
             }
         }
     }
@@ -75,7 +76,7 @@ impl World {
     /// being asked for. It could prevent nothing but a takeoff, and none follows.
     pub(super) fn end_where_nothing_is_left(&mut self) {
         let goes_on = self.mission.over.is_some() || self.awaits_start() || self.next_responder().is_none();
-        if goes_on || !self.planner.mission().is_settled() {
+        if goes_on || !self.planner.mission.is_settled() {
             return;
         }
         let said = Said::new("plan", DecisionKind::PlanFinished, ALL_SETTLED);
@@ -85,7 +86,7 @@ impl World {
 
     /// The mission is over, since every objective is settled.
     pub(crate) fn end_with_objectives(&mut self) {
-        let objectives = self.planner.status().objectives.iter();
+        let objectives = self.planner.mission.status.objectives.iter();
         let (required, optional): (Vec<_>, Vec<_>) = objectives.partition(|it| it.objective.terms.worth.is_none());
         match (failures(&required), failures(&optional)) {
             (None, None) => self.end_mission(MissionOutcome::Success, "every objective was achieved"),
@@ -99,7 +100,6 @@ impl World {
         }
     }
 
-    /// The state that plans are made from.
     pub(super) fn planning_state(&self) -> Option<State> {
         let vehicle = self.plans_from()?;
         Some(State {
@@ -112,18 +112,11 @@ impl World {
         })
     }
 
-    /// From where and when plans are made; `None` as long as they cannot be.
-    fn viewpoint_of_plans(&self) -> Option<Viewpoint> {
-        Some(self.viewpoint_in(self.planning_state()?))
-    }
-
-    /// Now, from `state`.
     pub(super) fn viewpoint_in(&self, state: State) -> Viewpoint {
         let wind = self.seen.vehicle.and_then(|it| it.wind);
         Viewpoint { at: self.mission_now(), state, origin: self.origin(), wind }
     }
 
-    /// Now, by the mission's clock.
     pub(super) fn mission_now(&self) -> Now {
         Now { time: self.mission.clock.mission_time(self.now.time), utc_ms: self.now.utc_ms }
     }
@@ -132,7 +125,7 @@ impl World {
     /// lost it.
     pub(super) fn origin(&self) -> Option<Origin> {
         let vehicle = self.seen.vehicle?;
-        vehicle.origin.or_else(|| self.planner.planned_from().filter(|_| vehicle.armed))
+        vehicle.origin.or_else(|| self.planner.planned_from.filter(|_| vehicle.armed))
     }
 }
 

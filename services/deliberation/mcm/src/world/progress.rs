@@ -30,13 +30,7 @@ pub(super) struct FlightWatch {
     was_paused: bool,
     plan_since: Option<Time>,
     /// Since when the wind is faster than it flies.
-    blown_since: Option<Time>,
-}
-
-impl FlightWatch {
-    pub(super) fn blown_since(&self) -> Option<Time> {
-        self.blown_since
-    }
+    pub(super) blown_since: Option<Time>,
 }
 
 /// It holds in the air, or has come no farther than [`PLACE_M`].
@@ -62,19 +56,8 @@ impl WatchedLeg {
     /// How far `here` is from its straight lines over ground, in metres: climbs and descents have a speed of their own.
     fn deviation_m(&self, here: Ned) -> f64 {
         let direct = [(self.from, self.to), (self.from, self.turn), (self.turn, self.to)];
-        direct.map(|(from, to)| from_line_m(here, from, to)).into_iter().fold(f64::INFINITY, f64::min)
+        direct.map(|(from, to)| here.horizontal_distance_to_line_m(from, to)).into_iter().fold(f64::INFINITY, f64::min)
     }
-}
-
-/// How far `here` is from the straight line between two places, over ground.
-fn from_line_m(here: Ned, from: Ned, to: Ned) -> f64 {
-    let (north_m, east_m) = (to.north_m - from.north_m, to.east_m - from.east_m);
-    let square = north_m * north_m + east_m * east_m;
-    let along = match 0.0 < square {
-        true => ((here.north_m - from.north_m) * north_m + (here.east_m - from.east_m) * east_m) / square,
-        false => 0.0,
-    };
-    here.horizontal_distance_m(from.towards(to, along.clamp(0.0, 1.0)))
 }
 
 impl World {
@@ -139,7 +122,8 @@ impl World {
         let Speeds { climb_m_s, descent_m_s, .. } = self.setup.limits.flight.speeds;
         let intended = Speeds::calm(speed_limit_m_s, climb_m_s, descent_m_s);
         let (from, velocity) = (vehicle.position, vehicle.velocity);
-        let braking_s = velocity.north_m_s.hypot(velocity.east_m_s) / (2.0 * self.setup.limits.braking_m_s2);
+        let braking_s =
+            velocity.north_m_s.hypot(velocity.east_m_s) / (2.0 * self.setup.limits.config.braking_m_s2.get());
         let turn = Ned::new(
             from.north_m + velocity.north_m_s * braking_s,
             from.east_m + velocity.east_m_s * braking_s,
@@ -150,7 +134,12 @@ impl World {
 
     /// Where the mission leads next, and how fast, also while a response flies.
     fn leads_next(&self) -> Option<(Ned, f64)> {
-        let goal = self.planner.step().map(|(step, ..)| step.nominal.goal).or_else(|| self.planner.interrupted_goal());
+        let goal = self
+            .planner
+            .flight
+            .step()
+            .map(|(step, ..)| step.nominal.goal)
+            .or_else(|| self.planner.flight.interrupted_goal());
         let Some(Goal::Position { target, speed_limit_m_s, .. }) = goal else { return None };
         Some((target, speed_limit_m_s))
     }

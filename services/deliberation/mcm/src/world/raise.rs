@@ -1,9 +1,8 @@
 //! What raises a flag in the manager.
 
-use domain::contingency::{OPERATOR_PAUSE as PAUSE, Then};
+use domain::contingency::Then;
 use domain::measured::Measured;
 
-use super::orders::SOURCE;
 use super::{SELF, World};
 use crate::journal::Entry;
 
@@ -32,11 +31,6 @@ impl World {
                 }
             }
         }
-    }
-
-    /// Holds for this reason until the operator resumes the mission.
-    pub(super) fn pause_for(&mut self, reason: String) {
-        self.raise(PAUSE, SOURCE, reason);
     }
 
     /// The transition action failed: its row takes over within this tick, before anything is sent.

@@ -6,14 +6,12 @@ use kittiwake_proto::v1;
 
 use super::World;
 
-/// The way that a response has chosen.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ResponseWay {
     /// From the end of the leg that is flown on.
     pub(crate) points: Vec<Ned>,
     /// Where it leads, in words: `home`, `site quay`.
     pub(crate) destination: String,
-    /// Whether the vehicle comes down at its end.
     pub(crate) lands: bool,
 }
 
@@ -36,7 +34,7 @@ impl World {
         };
         let flight_s = speeds.time_along_s(here, &points);
         let over = points.last().copied().unwrap_or(here);
-        let place = over.at_height(self.planner.ground().height_m(over).min(over.height_m()));
+        let place = over.at_height(self.planner.mission.ground.height_m(over).min(over.height_m()));
         let down_s = if lands { speeds.time_s(over, place) } else { 0.0 };
         if lands {
             points.push(place);

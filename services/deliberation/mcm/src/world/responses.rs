@@ -48,13 +48,12 @@ const TOUCHDOWN_LIMIT: Duration = Duration::from_secs(10);
 const MOST_REJECTED: usize = 8;
 
 /// The response that is under way.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct ActiveResponse {
     pub(super) row: usize,
     /// The action that is tried, and the number of its tries so far.
     pub(super) action: usize,
     tries: u32,
-    /// Failed tries of all actions.
     failures: usize,
     not_before: Time,
     /// Since when no action is left to fly.
@@ -70,11 +69,9 @@ pub(super) struct ActiveResponse {
 /// What follows for a flag whose response has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reset {
-    /// It is down.
     Down,
     /// It stays up as long as its condition holds.
     Awaited,
-    /// The vehicle was to come down, and still flies.
     StillInAir,
 }
 
@@ -88,24 +85,12 @@ impl World {
         Some(format!("`{}` ends the mission", self.flags.name(row)))
     }
 
-    /// The name of the flag that is answered.
     pub(crate) fn answered_flag(&self) -> Option<&Arc<str>> {
         Some(self.flags.name(self.responder()?))
     }
 
-    /// The response of a row begins.
     pub(crate) fn begin_response(&mut self, row: usize) {
-        self.answer.response = Some(ActiveResponse {
-            row,
-            action: 0,
-            tries: 0,
-            failures: 0,
-            not_before: self.now.time,
-            flown: None,
-            waits_since: None,
-            left_since: None,
-            has_flown: false,
-        });
+        self.answer.response = Some(ActiveResponse { row, not_before: self.now.time, ..Default::default() });
         self.go_beyond(Beyond::Nowhere);
         let phase = self.flight_phase();
         // One that only slows is in force beside it.
@@ -131,13 +116,6 @@ impl World {
         }
     }
 
-    /// A skill is flown; if a response is under way, by its present try.
-    fn note_flown(&mut self) {
-        if let Some(response) = &mut self.answer.response {
-            response.has_flown = true;
-        }
-    }
-
     /// The next try of the response is one of `action`; returns when it may begin.
     pub(crate) fn await_try(&mut self, action: usize) -> Time {
         let Some(response) = &mut self.answer.response else { return self.now.time };
@@ -154,15 +132,11 @@ impl World {
     /// response holds until then: that there is none is no failure of what was tried, before the latest moment.
     pub(crate) fn may_wait_for_way(&mut self, site: Ned, why: &str) -> bool {
         self.ask_for_way(site);
-        let is_limited = self.answers_a_fault() || self.narrowing().no_new_area.is_some();
+        let group = self.response_row().and_then(|row| self.setup.table.rows()[row].group);
+        let answers_a_fault = matches!(group, Some(Group::Energy | Group::Vehicle));
+        let is_limited = answers_a_fault || self.narrowing().no_new_area.is_some();
         let at_most = if is_limited { WITH_FAULT } else { Duration::MAX };
         self.may_wait(Duration::ZERO, (self.slack_for(site), at_most), &self.why_no_way(why, site))
-    }
-
-    /// Whether it is the vehicle or its battery that the response is about.
-    fn answers_a_fault(&self) -> bool {
-        let group = self.response_row().and_then(|row| self.setup.table.rows()[row].group);
-        matches!(group, Some(Group::Energy | Group::Vehicle))
     }
 
     /// The vehicle does not fly out of the area in which it must not be. Returns whether it may hold there until the area is
@@ -227,7 +201,6 @@ impl World {
         }
     }
 
-    /// There is a way again.
     pub(crate) fn has_found_way(&mut self) {
         let waited = self.answer.response.as_mut().and_then(|it| it.waits_since.take());
         if let Some(since) = waited {
@@ -236,7 +209,6 @@ impl World {
         }
     }
 
-    /// A try has failed, for this reason.
     pub(crate) fn try_failed(&mut self, why: &str) {
         let Some(response) = &mut self.answer.response else { return };
         response.tries += 1;
@@ -341,7 +313,7 @@ impl World {
         for row in self.flags.rows_up().filter(|row| !self.stays_up_on_ground(*row)).collect::<Vec<_>>() {
             let name = self.flags.name(row).clone();
             self.lower(&name);
-            self.monitor.news.of_monitor.fell_on_ground(&name);
+            self.monitor.listed.fell_on_ground(&name);
             self.record(cleared(row, format!("`{name}` is over: the vehicle is on the ground")));
         }
         if self.mission.over.is_some() {
@@ -361,9 +333,10 @@ impl World {
         row.phases.contains(&Phase::OnGround) && (!is_over || ((lasts() || is_new()) && !is_order(name)))
     }
 
-    /// Wants `goal` flown.
     pub(crate) fn start_skill(&mut self, goal: Goal) -> Handle {
-        self.note_flown();
+        if let Some(response) = &mut self.answer.response {
+            response.has_flown = true;
+        }
         self.skills.start(self.now.time, goal)
     }
 

@@ -63,16 +63,15 @@ impl World {
         match self.skills.present().map(|(goal, _)| goal) {
             Some(Goal::Land) => Phase::Landing,
             Some(Goal::Takeoff { .. }) => Phase::Takeoff,
-            _ if self.watch.airspace.is_inside() => Phase::InsideArea,
+            _ if self.watch.airspace.inside => Phase::InsideArea,
             Some(Goal::Position { .. } | Goal::Velocity { .. }) if !self.answer.in_transition => Phase::Cruise,
             Some(_) | None => Phase::Waiting,
         }
     }
 
-    /// The situation of the vehicle.
     pub(crate) fn situation(&self) -> Situation {
         let skill_lands = || self.skills.present().is_some_and(|(goal, _)| goal == Goal::Land);
-        let step_lands = || self.planner.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
+        let step_lands = || self.planner.flight.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
         let (seen, near_ground, lands) = match self.seen.vehicle {
             None if self.looks_first_until().is_some() => (Seen::NotYet, false, false),
             None => (Seen::Never, false, false),
@@ -95,7 +94,6 @@ impl World {
         self.flags.is_up(AUTOPILOT_PREEMPTS) && self.seen.vehicle.is_some_and(|it| it.flying)
     }
 
-    /// Whether a pilot or another ground station flies the vehicle.
     pub(crate) fn is_flown_by_other(&self) -> bool {
         self.flags.is_up(SOMEBODY_ELSE_FLIES)
     }

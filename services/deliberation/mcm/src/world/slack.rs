@@ -44,7 +44,7 @@ impl World {
     }
 
     fn landing_here_wh(&self, here: Ned) -> f64 {
-        let ground_m = self.planner.ground().height_m(here);
+        let ground_m = self.planner.mission.ground.height_m(here);
         let down = [here.at_height(ground_m.min(here.height_m()))];
         self.energy().landing_flight_wh(here, &down, &self.limits_in_wind().speeds, self.wind())
     }

@@ -6,6 +6,7 @@ use domain::time::Time;
 use kittiwake_proto::v1;
 
 use super::World;
+use super::alternates::MOST_TOLD;
 use crate::clients::planner::News;
 use crate::config::Verdict;
 use crate::decide::{Activity, Wait};
@@ -17,13 +18,14 @@ use crate::tick_time::TickTimes;
 #[derive(Default)]
 pub(crate) struct Reporter {
     last: Option<Headline>,
-    next: Time,
+    /// When the next period begins.
+    pub(crate) next: Time,
     last_mission: Option<News>,
     next_mission: Time,
-    tick_times: TickTimes,
+    pub(crate) tick_times: TickTimes,
     /// As they were told last: between two periods a change of the status does not wait for them.
     tick_time: Option<v1::TickTime>,
-    leaves_out_tree: bool,
+    pub(crate) leaves_out_tree: bool,
 }
 
 /// The part of the status whose changes are published at once; other changes wait for the next period.
@@ -43,21 +45,6 @@ struct Headline {
 }
 
 impl Reporter {
-    /// When the next period begins.
-    pub(crate) fn next(&self) -> Time {
-        self.next
-    }
-
-    /// From now on the tree is not published.
-    pub(crate) fn leave_out_tree(&mut self) {
-        self.leaves_out_tree = true;
-    }
-
-    /// The tree was ticked in this time.
-    pub(crate) fn ticked(&mut self, took_ns: u64) {
-        self.tick_times.add(took_ns);
-    }
-
     /// Publishes what is due. `ticks`: how often the tree was ticked.
     pub(crate) fn report(&mut self, tree: &Tree<World>, world: &mut World, ticks: u64) {
         self.report_mission(world);
@@ -78,9 +65,7 @@ impl Reporter {
         self.last = Some(headline);
         world.out.outbox.publish(status);
     }
-}
 
-impl Reporter {
     /// The mission may be megabytes: half as often as the rest, and on every change.
     fn report_mission(&mut self, world: &mut World) {
         let news = world.planner.news();
@@ -94,14 +79,13 @@ impl Reporter {
 }
 
 impl World {
-    /// Makes the mission report, once.
     pub(crate) fn make_report(&mut self) {
         let Some(over) = &mut self.mission.over else { return };
         if over.report.is_some() {
             return;
         }
         let now_s = self.mission.clock.seconds(self.now.time.as_secs_f64());
-        let objectives = self.planner.status().objectives.iter();
+        let objectives = self.planner.mission.status.objectives.iter();
         over.report = Some(MissionReport {
             outcome: over.outcome,
             reason: over.reason.clone(),
@@ -115,13 +99,13 @@ impl World {
         let decision = self.decision_now();
         Headline {
             activity: decision.activity,
-            step: self.planner.step().map_or(0, |(step, ..)| step.id.0),
+            step: self.planner.flight.step().map_or(0, |(step, ..)| step.id.0),
             flags: self.flags.rows_up().collect(),
             in_transition: self.answer.in_transition,
             reported: self.report().is_some(),
             start_awaited: decision.wait.is_some_and(Wait::is_for_start),
             paused: self.is_paused(),
-            proposed: self.planner.request().proposal().map(|(plan, _)| plan.revision),
+            proposed: self.planner.request.proposal().map(|(plan, _)| plan.revision),
             acknowledged: self.flags.iter().filter(|(_, flag)| flag.acknowledged_by.is_some()).count(),
             uninspected_crash: self.uninspected_crash().unwrap_or_default().to_owned(),
             entered: self.entered_without_permission(),
@@ -131,14 +115,14 @@ impl World {
     fn status(&self, headline: &Headline, tree: &Tree<World>) -> v1::McmStatus {
         let (skill, skill_id) =
             self.skills.present().map_or((v1::SkillKind::Unspecified, 0), |(goal, id)| (goal.skill().into(), id));
-        let (step, step_number, step_count) = match self.planner.step() {
+        let (step, step_number, step_count) = match self.planner.flight.step() {
             Some((step, number, count)) => (Some((**step).clone().into()), number, count),
             None => (None, 0, 0),
         };
-        let plan_approval = self.planner.request().proposal().map(|(plan, until)| v1::PlanApproval {
+        let plan_approval = self.planner.request.proposal().map(|(plan, until)| v1::PlanApproval {
             plan: Some(plan.clone().into()),
             left_s: (until - self.now.time).as_secs_f64(),
-            approved_by_default: self.setup.limits.plan_approval_default == Verdict::Approve,
+            approved_by_default: self.setup.limits.config.plan_approval_default == Verdict::Approve,
         });
         v1::McmStatus {
             phase: v1::MissionPhase::from(headline.activity) as i32,
@@ -159,7 +143,7 @@ impl World {
             memory: Some(self.memory.health.clone().into()),
             ends: self.ending().unwrap_or_default(),
             response_way: self.told_response_way(),
-            alternates: self.told_alternates().iter().map(Into::into).collect(),
+            alternates: self.seen_alternates().iter().take(MOST_TOLD).map(Into::into).collect(),
             energy: self.told_energy(),
             progress: self.told_progress(),
             mission_time_s: Some(self.mission.clock.seconds(self.now.time.as_secs_f64())),

@@ -19,7 +19,7 @@ use crate::journal::{Cause, Said};
 impl World {
     /// Begins the present step; `None` if there is none.
     pub(crate) fn begin_step(&mut self) -> Option<Arc<Step>> {
-        let (step, number, count) = self.planner.step()?;
+        let (step, number, count) = self.planner.flight.step()?;
         let (step, text) = (step.clone(), format!("step {number} of {count}: {}", step.text));
         // Denials of a step that was interrupted at the moment of the denial.
         self.permissions.forget_old_denials();
@@ -29,7 +29,7 @@ impl World {
 
     /// Why the present step is to be given up, if it is: not a landing that touches the ground.
     pub(crate) fn withdrawal(&self) -> Option<&str> {
-        self.planner.withdrawal().filter(|_| !self.touches_down())
+        self.planner.flight.withdrawal().filter(|_| !self.touches_down())
     }
 
     /// The present step is given up because it was withdrawn.
@@ -40,12 +40,11 @@ impl World {
         self.planner.give_up();
     }
 
-    /// The present step was flown.
     pub(crate) fn step_flown(&mut self, step: &Step) {
         if let Some(state) = self.planning_state() {
             let is_load_gone = !step.releases() && state.gripper == Some(Gripper::Released);
             let flown = FlownStep { step: step.clone(), state, at: self.mission_now() };
-            self.planner.flown(self.now.time, flown, self.setup.limits.retry_pause);
+            self.planner.flown(self.now.time, flown, self.setup.limits.config.retry_pause_s.seconds());
             if is_load_gone && self.planner.is_release_ahead() {
                 self.planner.withdraw("the load is gone that was to be released");
             }
@@ -54,21 +53,21 @@ impl World {
         self.record(Said::new("step", DecisionKind::StepSucceeded, text));
     }
 
-    /// The present step failed.
     pub(crate) fn step_failed(&mut self, reason: String) {
         let text = format!("step {} failed: {reason}", self.step_number());
         self.record(Said::new("step", DecisionKind::StepFailed, text));
         // Also what was refused ahead: the next plan knows of it before the vehicle is at the border.
         let denials = self.permissions.take_denials();
         self.permissions.end_asking_ahead();
-        self.planner.fail(self.now.time, reason, denials, self.setup.limits.retry_pause);
+        self.planner.fail(self.now.time, reason, denials, self.setup.limits.config.retry_pause_s.seconds());
     }
 
     /// The present step is given up because another behavior comes first. An order, or a response that only holds the vehicle or
     /// gets it out of somebody's way, says nothing about the step, and in the air holding ends with the battery at the latest. A takeoff that a flag stops is
     /// one of the few that are tried: nothing else ends its repetition.
     pub(crate) fn step_interrupted(&mut self) {
-        let takes_off = self.planner.step().is_some_and(|(step, ..)| matches!(step.nominal.goal, Goal::Takeoff { .. }));
+        let takes_off =
+            self.planner.flight.step().is_some_and(|(step, ..)| matches!(step.nominal.goal, Goal::Takeoff { .. }));
         let (reason, is_failure) = match self.responder() {
             Some(row) => {
                 let (flag, row) = (self.flags.name(row), &self.setup.table.rows()[row]);
@@ -84,7 +83,7 @@ impl World {
     }
 
     fn step_number(&self) -> u32 {
-        self.planner.step().map_or(0, |(_, number, _)| number)
+        self.planner.flight.step().map_or(0, |(_, number, _)| number)
     }
 
     /// Makes the next step the present one; returns whether there is one.
@@ -101,7 +100,7 @@ impl World {
     pub(crate) fn ask_permission(&mut self, need: &PermissionNeed) -> Time {
         let look_again = self.now.time + self.setup.limits.permission_answer;
         let is_taken_over = self.permissions.take_over(need, self.now.time, &self.setup.limits);
-        let has_step = self.planner.step().is_some();
+        let has_step = self.planner.flight.step().is_some();
         if is_taken_over || !has_step || self.permissions.meets(need, self.now.time, &self.setup.limits) {
             return look_again;
         }
@@ -137,7 +136,6 @@ impl World {
         self.permissions.verify_with(key);
     }
 
-    /// The state of the request for a permission.
     pub(crate) fn asking(&mut self, need: &PermissionNeed) -> Asking {
         self.permissions.asking(self.now.time, need, &self.setup.limits, &mut self.out.outbox)
     }
@@ -147,19 +145,18 @@ impl World {
         self.permissions.denial(area).map(|it| it.reason.as_str())
     }
 
-    /// Stops asking for `area`.
     pub(crate) fn stop_asking(&mut self, area: &str) {
         self.permissions.stop_asking(area);
     }
 
     /// Whether the vehicle is where the present step ends, or may fly straight on to the goal of the next one.
     pub(crate) fn may_go_on(&self) -> bool {
-        let (Some(vehicle), Some((step, ..))) = (&self.seen.vehicle, self.planner.step()) else { return false };
+        let (Some(vehicle), Some((step, ..))) = (&self.seen.vehicle, self.planner.flight.step()) else { return false };
         let here = vehicle.position;
-        let has_arrived =
-            target(step).is_none_or(|(there, _)| here.distance_m(there) <= self.setup.limits.arrival_radius_m);
+        let has_arrived = target(step)
+            .is_none_or(|(there, _)| here.distance_m(there) <= self.setup.limits.config.arrival_radius_m.get());
         // Land, takeoff and stop begin where this step ends.
-        let onward = self.planner.next().and_then(|it| target(it));
+        let onward = self.planner.flight.next().and_then(|it| target(it));
         has_arrived || onward.is_some_and(|(there, speed_m_s)| self.breach_on_way(here, there, speed_m_s).is_none())
     }
 }

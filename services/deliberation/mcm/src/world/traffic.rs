@@ -13,7 +13,6 @@ use super::World;
 /// for no end that is later than `hold_at_most_s` of [planner]; once the traffic is gone it is made again.)
 const STANDS_ON: Duration = Duration::from_secs(100);
 
-/// What the monitor tells of traffic.
 #[derive(Debug, Default)]
 pub(super) struct SeenTraffic {
     near: Vec<Mover>,
@@ -22,7 +21,6 @@ pub(super) struct SeenTraffic {
 }
 
 impl SeenTraffic {
-    /// Takes in what an introspection tells.
     pub(super) fn hear(&mut self, introspection: &mut v1::Introspection) -> Result<(), InvalidMessage> {
         let near = std::mem::take(&mut introspection.traffic);
         self.near = near.into_iter().map(Mover::try_from).collect::<Result<_, _>>()?;
@@ -39,7 +37,7 @@ impl SeenTraffic {
 impl World {
     /// Keeps out of what is taken by traffic that stands, as out of any area.
     pub(super) fn watch_traffic(&mut self) {
-        let taken = self.planner.mission().taken();
+        let taken = &self.planner.mission.taken;
         let occupied = &self.seen.traffic.occupied;
         if taken.is_empty() && occupied.is_empty() {
             return;
@@ -58,7 +56,7 @@ impl World {
         let end = taken.iter().filter(|it| !is_taken(it)).map(|it| format!("{} is free", it.name));
         let said: Vec<String> = begin.chain(end).collect();
         let taken = occupied.iter().map(|it| Area { until_utc_ms: Some(until_ms), ..it.clone() }).collect();
-        self.planner.mission_mut().take(taken);
+        self.planner.mission.take(taken);
         self.watch.airspace.invalidate();
         said.into_iter().for_each(|it| self.say("traffic", it));
     }
@@ -67,13 +65,12 @@ impl World {
     pub(crate) fn evasion(&self, chosen: Option<Evasion>) -> Option<Evasion> {
         let here = self.seen.vehicle?.position;
         let limits = self.flight_limits();
-        let lowest_m = self.planner.ground().height_m(here) + limits.least_height_m;
+        let lowest_m = self.planner.mission.ground.height_m(here) + limits.least_height_m;
         let may_fly = |to| self.is_clear(here, to) && self.breach_towards(to, limits.speeds.cruise_m_s).is_none();
         let may_land = self.areas_that_forbid_landing(here).is_empty() && self.landing_forbidden_by(here).is_none();
         Some(evade(here, &self.seen.traffic.near, &limits.speeds, lowest_m, chosen, may_fly, may_land))
     }
 
-    /// Whether what the response is about still holds.
     pub(crate) fn has_cause(&self) -> bool {
         self.response_row().and_then(|row| self.flags.of_row(row)).is_some_and(|it| it.holds())
     }

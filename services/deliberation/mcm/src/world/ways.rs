@@ -28,14 +28,12 @@ fn length_m(from: Ned, way: &[Ned]) -> f64 {
 pub(crate) enum WayOut {
     /// It flies to these points; to none if it is in no such area.
     Flies(Vec<Ned>),
-    /// It does not fly out.
     Stays(Stay),
 }
 
 /// Why a vehicle does not fly out of the areas in which it must not be.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Stay {
-    /// In words.
     pub(crate) why: String,
     /// For how long it would have to stay at least; `None`: the areas have no end.
     pub(crate) at_least: Option<Duration>,
@@ -48,9 +46,9 @@ impl World {
     pub(crate) fn way_out(&self) -> Option<WayOut> {
         let here = self.seen.vehicle?.position;
         let leaving = self.time_to_leave_all(here);
-        let (grants, limits) = (self.permits().to_begin(), &self.limits_in_wind());
+        let (grants, limits) = (self.permits().to_enter(), &self.limits_in_wind());
         let airspace = self.airspace(&grants, self.setup.limits.leave_lead.saturating_add(leaving));
-        let farthest_m = self.setup.limits.farthest_out_m;
+        let farthest_m = self.setup.limits.config.farthest_out_m.get();
         let may_be_flown = |way: &[Ned]| {
             let flight = Duration::try_from_secs_f64(limits.speeds.time_along_s(here, way)).unwrap_or(Duration::MAX);
             length_m(here, way) <= farthest_m || self.airspace(&grants, flight).trespassed(here).next().is_none()
@@ -80,9 +78,9 @@ impl World {
             return Some(format!("is one where no landing begins while `{flag}` is up"));
         }
         let here = self.seen.vehicle?.position;
-        let (grants, limits) = (self.permits().to_begin(), &self.flight_limits());
+        let (grants, limits) = (self.permits().to_enter(), &self.flight_limits());
         let airspace = self.airspace(&grants, self.setup.limits.leave_lead);
-        let over = site.at_height(self.planner.ground().approach_m(here, site, limits));
+        let over = site.at_height(self.planner.mission.ground.approach_m(here, site, limits));
         let flight_s = limits.speeds.time_along_s(here, &[over, site]);
         let arrival = latest(Duration::try_from_secs_f64(flight_s).unwrap_or(Duration::MAX));
         let applies = |area: &&Area| airspace.applies(area).is_some_and(|(opens, _)| opens <= arrival);
@@ -99,7 +97,6 @@ impl World {
         (limits.speeds.time_along_s(here, &way) <= FREE_GROUND_LIMIT_S).then_some(way)
     }
 
-    /// The areas in or over which no landing is allowed `here`.
     pub(super) fn areas_that_forbid_landing(&self, here: Ned) -> Vec<String> {
         let barred = self.airspace(&self.permits().grants, self.setup.limits.leave_lead).barred(Duration::ZERO);
         barred.into_iter().filter(|it| it.is_at_or_below(here)).map(|it| it.name.clone()).collect()
@@ -109,7 +106,7 @@ impl World {
     pub(super) fn needed_for_way(&self, to: Ned) -> BTreeSet<String> {
         let Some(here) = self.seen.vehicle.map(|it| it.position) else { return BTreeSet::new() };
         let permits = self.permits();
-        let held = permits.to_begin();
+        let held = permits.to_enter();
         let limits = self.flight_limits();
         let found = self.surroundings(&held, &limits, SiteKind::Landing).way_if_granted(here, to, MOST_LEGS);
         let mut needs = found.way.map(|it| it.needs).unwrap_or_default();
@@ -139,7 +136,7 @@ impl World {
     /// The same with limited effort.
     pub(crate) fn way_within(&self, (to, kind): (Ned, SiteKind), most_legs: u32) -> Found<Vec<Ned>> {
         let Some(here) = self.seen.vehicle.map(|it| it.position) else { return Found { way: None, legs: 0 } };
-        let (grants, limits) = (self.permits().to_begin(), self.flight_limits());
+        let (grants, limits) = (self.permits().to_enter(), self.flight_limits());
         self.surroundings(&grants, &limits, kind).way_within(here, to, most_legs)
     }
 
@@ -151,7 +148,7 @@ impl World {
         ends_at: SiteKind,
     ) -> Surroundings<'a> {
         let airspace = self.airspace(grants, self.setup.limits.leave_lead);
-        Surroundings { airspace, map: self.planner.area_map(), limits, ends_at }
+        Surroundings { airspace, map: self.planner.mission.areas().map(), limits, ends_at }
     }
 
     /// `why`, and what is in the way to `site`.

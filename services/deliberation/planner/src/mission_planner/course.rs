@@ -2,7 +2,7 @@
 
 use domain::energy::EnergyModel;
 use domain::geodesy::Origin;
-use domain::mission::{InvalidObjective, Mission};
+use domain::mission::{self, InvalidObjective, Mission, Progress};
 use domain::plan::{MissionStatus, Step};
 use domain::time::Pace;
 
@@ -13,7 +13,6 @@ use crate::known_areas::Known;
 use crate::notes::Notes;
 use crate::objectives::{Objective, Objectives};
 
-/// What a question brings.
 pub(crate) struct Brought {
     /// Without its areas.
     pub(crate) mission: MissionStatus,
@@ -40,10 +39,12 @@ impl MissionPlanner {
     ) -> Result<MissionPlanner, InvalidObjective> {
         let Brought { mission: status, notes, areas: Known { areas, feeds, map, .. }, vehicle_origin, wind, rest } =
             brought;
-        let mut past: Vec<Objective> =
-            status.objectives.into_iter().map(Objective::of).collect::<Result<_, InvalidObjective>>()?;
-        let objectives = past.iter().map(|it| it.objective()).collect();
-        let current = past.iter_mut().find(|it| it.is_waiting());
+        let objectives: Vec<mission::Objective> = status.objectives.iter().map(|it| it.objective.clone()).collect();
+        for it in &objectives {
+            mission::Objective::new(it.name.clone(), it.position, it.flying)?;
+        }
+        let mut past: Vec<Objective> = status.objectives.into_iter().map(Objective::of).collect();
+        let current = past.iter_mut().find(|it| it.status.progress == Progress::Waiting);
         current.into_iter().for_each(|it| it.dwells_since = notes.dwells_since);
         let MissionStatus { mission: name, order, sites, origin, .. } = status;
         let wind = wind.map_or(energy.usual_wind(), |it| energy.wind_where_measured(it));

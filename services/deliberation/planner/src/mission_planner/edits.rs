@@ -59,7 +59,6 @@ impl MissionPlanner {
         }
     }
 
-    /// The present plan must not be flown on.
     fn withdraw_plan(&mut self) {
         self.rest.clear();
         self.stuck = Stuck::default();
@@ -69,11 +68,6 @@ impl MissionPlanner {
 
     fn edited(&mut self) -> &mut Edited {
         self.edited.get_or_insert_default()
-    }
-
-    /// What was changed; `None`: nothing.
-    pub(crate) fn what_was_edited(&self) -> Option<Edited> {
-        self.edited
     }
 }
 

@@ -111,5 +111,5 @@ impl MissionPlanner {
 
 /// What the vehicle does at `objective` for `wait`.
 pub(super) fn stays(objective: &Objective, wait: Duration) -> String {
-    format!("stays at `{}` for {:.0} s more", objective.name, wait.as_secs_f64())
+    format!("stays at `{}` for {:.0} s more", objective.status.objective.name, wait.as_secs_f64())
 }

@@ -4,7 +4,6 @@
 //! What is compared is the time until the current objective is reached, waits included: the rest of the mission is the same behind
 //! it. So a deadline that the way round keeps is kept by waiting too.
 
-use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
@@ -38,9 +37,7 @@ pub(super) struct PlanNow<'a> {
     pub(super) steps: &'a [Step],
     /// What it leads through.
     pub(super) ahead: &'a [Via],
-    /// Where the vehicle is.
     pub(super) state: &'a State,
-    /// As it is now.
     pub(super) airspace: &'a Airspace<'a>,
     /// The permissions that are held, from now on.
     pub(super) grants: &'a Grants,
@@ -110,10 +107,8 @@ impl MissionPlanner {
     fn drafted_after(&self, wait: Duration, plan: PlanNow, legs_left: &mut u32) -> Option<PlanLater> {
         let remaining = |(area, left): (&String, &Duration)| Some((area.clone(), left.checked_sub(wait)?));
         let grants: Grants = plan.grants.iter().filter_map(remaining).collect();
-        let then = (self.after(plan.now, wait), self.pace);
-        let around = (self.mission.areas.as_slice(), &self.around);
-        let mut later = Airspace::new(around, &grants, &self.permissions, plan.closures, then, &self.config);
-        later.legs_left = Cell::new(*legs_left);
+        let later = self.airspace(&grants, plan.closures, self.after(plan.now, wait));
+        later.legs_left.set(*legs_left);
         let drafted = steps_to(plan.state, plan.ahead, None, self.tolerance(), &later, &self.config);
         *legs_left = later.legs_left.get();
         let mut steps = drafted.ok()?;
@@ -147,7 +142,6 @@ impl MissionPlanner {
         steps.iter().map(|it| duration(it, airspace, &self.config).as_secs_f64()).sum()
     }
 
-    /// How long it would take without any area, in seconds.
     fn straight_s(&self, state: &State, ahead: &[Via]) -> f64 {
         let froms = std::iter::once(state).chain(ahead.iter().map(|it| &it.state));
         froms.zip(ahead).map(|(from, to)| self.judge().hop(from, &to.state).time_s).sum()
@@ -172,10 +166,13 @@ impl MissionPlanner {
 fn ends_that_matter<'a>(plan: PlanNow<'a>, now_s: f64) -> Vec<(&'a Area, Duration)> {
     let PlanNow { state, ahead, airspace, .. } = plan;
     let in_the_way = names_in_the_way(state, ahead, airspace);
-    let is_in_the_way = |area: &Area| in_the_way.contains(area.name.as_str());
     let limit = Duration::try_from_secs_f64(now_s - LEAST_GAIN_S).unwrap_or_default();
-    let mut ends = airspace.soon_over(limit);
-    ends.sort_by_cached_key(|&(area, left)| (!is_in_the_way(area), left));
+    first_ends(airspace.soon_over(limit), |area| in_the_way.contains(area.name.as_str()))
+}
+
+/// The first of these ends, those of areas that come first by `is_first` before others.
+fn first_ends<'a>(mut ends: Vec<(&'a Area, Duration)>, is_first: impl Fn(&Area) -> bool) -> Vec<(&'a Area, Duration)> {
+    ends.sort_by_cached_key(|&(area, left)| (!is_first(area), left));
     // One moment is tried once, however many areas end then.
     ends.dedup_by_key(|it| it.1);
     ends.truncate(MOST_ENDS);
@@ -190,12 +187,8 @@ pub(super) fn ends_in_the_way<'a>(
     soon: &[(&'a Area, Duration)],
 ) -> Vec<(&'a Area, Duration)> {
     let in_the_way = names_in_the_way(state, ahead, airspace);
-    let mut ends: Vec<(&Area, Duration)> =
-        soon.iter().copied().filter(|(area, _)| in_the_way.contains(area.name.as_str())).collect();
-    ends.sort_by_key(|(_, left)| *left);
-    ends.dedup_by_key(|it| it.1);
-    ends.truncate(MOST_ENDS);
-    ends
+    let ends = soon.iter().copied().filter(|(area, _)| in_the_way.contains(area.name.as_str()));
+    first_ends(ends.collect(), |_| true)
 }
 
 /// The areas that the straight way through all that is `ahead` touches, whether or not they apply.

@@ -21,11 +21,8 @@ pub(crate) enum Misfit {
     Elsewhere {
         /// How far, over ground.
         away_m: f64,
-        /// The mission's.
         mission: LatLon,
-        /// The vehicle's.
         vehicle: LatLon,
-        /// How far they may be apart.
         tolerance_m: f64,
     },
 }
@@ -81,8 +78,8 @@ impl MissionPlanner {
 
     /// Why nothing is flown yet, if it is for the vehicle's origin.
     pub(super) fn waits_for_origin(&self) -> Option<String> {
-        let is_over = self.objectives.current_index() == self.objectives.all().len();
-        let waits = !is_over && self.forecast.is_none() && self.misfit(self.mission.origin) == Some(Misfit::Unknown);
+        let waits =
+            !self.is_over() && self.forecast.is_none() && self.misfit(self.mission.origin) == Some(Misfit::Unknown);
         waits.then(|| format!("waiting for the vehicle's place: {}", Misfit::Unknown))
     }
 }

@@ -21,17 +21,17 @@ impl MissionPlanner {
     pub(super) fn judge_release(&mut self, state: &State, was_due: bool, now: Now) -> bool {
         let tolerance = self.tolerance();
         let Some(objective) = self.objectives.current() else { return false };
-        if !objective.terms.drop || state.gripper != Some(Gripper::Released) {
+        if !objective.terms().drop || state.gripper != Some(Gripper::Released) {
             return false;
         }
         let is_there = was_due || state.is_over(&objective.goal, tolerance);
-        let failure = match objective.release {
+        let failure = match objective.status.release {
             ReleaseProgress::NotPlanned => NO_LOAD,
             ReleaseProgress::Planned if !is_there => LOST,
             ReleaseProgress::Planned | ReleaseProgress::Seen => {
                 objective.release_seen();
                 // Only a stay leads back there.
-                let is_settled = objective.terms.dwell.is_zero();
+                let is_settled = objective.terms().dwell.is_zero();
                 if is_settled {
                     self.arrived(now);
                 }
@@ -45,8 +45,8 @@ impl MissionPlanner {
     /// `step` was flown and left the vehicle in `state`; returns whether the load is gone that was to be released later.
     pub(super) fn has_lost_load(&mut self, step: &Step, state: &State) -> bool {
         let Some(objective) = self.objectives.current() else { return false };
-        let is_lost = objective.terms.drop
-            && objective.release != ReleaseProgress::Seen
+        let is_lost = objective.terms().drop
+            && objective.status.release != ReleaseProgress::Seen
             && !step.releases()
             && state.gripper == Some(Gripper::Released);
         if is_lost {

@@ -2,29 +2,41 @@
 
 use std::time::Duration;
 
+use domain::airspace::Grants;
 use domain::mission::{Mission, Progress};
 use domain::state::Tolerance;
 use domain::time::{Now, Time};
 
 use super::MissionPlanner;
+use crate::airspace::{Airspace, Closures};
 use crate::energy::Judge;
 use crate::objectives::Objective;
 
 impl MissionPlanner {
+    /// The mission's areas as they stand `now` for a vehicle that holds `grants`.
+    pub(super) fn airspace<'a>(&'a self, grants: &'a Grants, closures: &Closures, now: Now) -> Airspace<'a> {
+        let areas = (self.mission.areas.as_slice(), &self.around);
+        Airspace::new(areas, grants, &self.permissions, closures, (now, self.pace), &self.config)
+    }
+
+    /// Whether every objective is settled.
+    pub(crate) fn is_over(&self) -> bool {
+        self.objectives.all().len() <= self.objectives.current_index()
+    }
+
     /// This much mission time after `now`.
     pub(crate) fn after(&self, now: Now, time: Duration) -> Now {
         let wall_ms = i64::try_from(self.pace.to_wall(time).as_millis()).unwrap_or(i64::MAX);
         Now { time: now.time + time, utc_ms: now.utc_ms.saturating_add(wall_ms) }
     }
 
-    /// By what this planner judges energy.
     pub(crate) fn judge(&self) -> Judge<'_> {
         Judge { model: &self.energy, wind: self.config.wind, config: &self.config }
     }
 
     /// The mission as it would be put into a file now, with only what is still to be attempted.
     pub(crate) fn rest_of_mission(&self) -> Mission {
-        let waiting = self.objectives.all().iter().filter(|it| it.progress == Progress::Waiting);
+        let waiting = self.objectives.all().iter().filter(|it| it.status.progress == Progress::Waiting);
         Mission { objectives: waiting.map(|it| it.rest()).collect(), ..self.mission.clone() }
     }
 
@@ -36,8 +48,8 @@ impl MissionPlanner {
     /// How long it is until `objective` must be arrived at, in mission seconds; less than nothing once that is over.
     pub(super) fn time_left_s(&self, objective: &Objective, now: Now) -> Option<f64> {
         let passed = self.begun.map_or(Duration::ZERO, |it| now.time - it);
-        let within_s = objective.terms.within.map(|it| it.as_secs_f64() - passed.as_secs_f64());
-        let by_utc_s = objective.terms.by_utc_ms.map(|by_utc_ms| {
+        let within_s = objective.terms().within.map(|it| it.as_secs_f64() - passed.as_secs_f64());
+        let by_utc_s = objective.terms().by_utc_ms.map(|by_utc_ms| {
             let wall_s = by_utc_ms.saturating_sub(now.utc_ms) as f64 / 1e3;
             wall_s * self.pace.speed()
         });
@@ -60,10 +72,9 @@ impl MissionPlanner {
         });
     }
 
-    /// What became of the current objective.
     pub(super) fn conclude(&mut self, progress: Progress) {
         if let Some(objective) = self.objectives.current() {
-            objective.progress = progress;
+            objective.status.progress = progress;
         }
         self.stuck.next_objective();
     }

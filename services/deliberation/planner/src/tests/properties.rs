@@ -155,7 +155,7 @@ proptest! {
         for step in &steps {
             begins.push(begins[begins.len() - 1] + flight_time(step, &config));
         }
-        let lead = config.ask_ahead_s.duration();
+        let lead = config.ask_ahead_s.seconds();
         let mut ahead = BTreeSet::new();
         for (during, step) in steps.iter().enumerate() {
             for it in &step.ask_ahead {

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use domain::plan::{Denial, Failure, Plan, Step};
 use domain::skill::Goal;
 
-/// The state of the flight of a plan.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) enum Flight {
     /// No step: there is no plan, or it has no further step.
@@ -13,7 +12,6 @@ pub(crate) enum Flight {
     Idle,
     /// A step is flown, or is about to be.
     Flying {
-        /// The steps of the plan.
         steps: Arc<[Arc<Step>]>,
         /// Which of them it is, from 0.
         at: usize,
@@ -32,7 +30,6 @@ pub(crate) enum Flight {
     },
 }
 
-/// An event in the flight of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Event {
     /// A plan was adopted.
@@ -84,18 +81,13 @@ impl Flight {
 
     /// The step that is flown, its place in the plan, and the number of steps in the plan.
     pub(crate) fn step(&self) -> Option<(&Arc<Step>, u32, u32)> {
-        match self {
-            Flight::Flying { steps, at, .. } => Some((&steps[*at], *at as u32 + 1, steps.len() as u32)),
-            Flight::Idle | Flight::Interrupted { .. } => None,
-        }
+        let Flight::Flying { steps, at, .. } = self else { return None };
+        Some((&steps[*at], *at as u32 + 1, steps.len() as u32))
     }
 
-    /// The step after the present one.
     pub(crate) fn next(&self) -> Option<&Arc<Step>> {
-        match self {
-            Flight::Flying { steps, at, .. } => steps.get(at + 1),
-            Flight::Idle | Flight::Interrupted { .. } => None,
-        }
+        let Flight::Flying { steps, at, .. } = self else { return None };
+        steps.get(at + 1)
     }
 
     /// The steps that were not flown, the present or interrupted one first.
@@ -108,28 +100,20 @@ impl Flight {
         }
     }
 
-    /// Why the present step is to be given up, if it is.
     pub(crate) fn withdrawal(&self) -> Option<&str> {
-        match self {
-            Flight::Flying { withdrawn, .. } => withdrawn.as_deref(),
-            Flight::Idle | Flight::Interrupted { .. } => None,
-        }
+        let Flight::Flying { withdrawn, .. } = self else { return None };
+        withdrawn.as_deref()
     }
 
-    /// The goal of the step that was given up.
     pub(crate) fn interrupted_goal(&self) -> Option<Goal> {
-        match self {
-            Flight::Interrupted { steps, at, .. } => Some(steps[*at].nominal.goal),
-            Flight::Idle | Flight::Flying { .. } => None,
-        }
+        let Flight::Interrupted { steps, at, .. } = self else { return None };
+        Some(steps[*at].nominal.goal)
     }
 
     /// What the planner must know about the step that was given up: how it failed, and the denials.
     pub(crate) fn failure(&self) -> (Option<&Failure>, &[Denial]) {
-        match self {
-            Flight::Interrupted { failed, denials, .. } => (failed.as_ref(), denials),
-            Flight::Idle | Flight::Flying { .. } => (None, &[]),
-        }
+        let Flight::Interrupted { failed, denials, .. } = self else { return (None, &[]) };
+        (failed.as_ref(), denials)
     }
 }
 

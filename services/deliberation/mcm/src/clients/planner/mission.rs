@@ -15,20 +15,20 @@ use super::Viewpoint;
 /// come on top: they are kept out of, and belong to no mission.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct FlownMission {
-    /// Without areas and steps.
-    status: MissionStatus,
+    /// Its objectives and what became of them, without areas and steps.
+    pub(crate) status: MissionStatus,
     /// `None` before the planner's first answer.
     notes: Option<v1::PlannerNotes>,
     areas: MissionAreas,
     /// What is taken by traffic that stands, and those areas with it; `None`: nothing is.
-    taken: Vec<Area>,
+    pub(crate) taken: Vec<Area>,
     with_taken: Option<MissionAreas>,
     /// As its places say it, and where the vehicle stood.
-    ground: KnownGround,
+    pub(crate) ground: KnownGround,
     /// Whether the planner is thought to know the areas.
     are_areas_told: bool,
-    /// First flown first.
-    flown: Vec<FlownStep>,
+    /// The steps that the planner has not taken in, first flown first.
+    pub(super) flown: Vec<FlownStep>,
     /// The place in the order of the objective that a plan was adopted for last.
     pub(super) planned_for: Option<u32>,
     /// Counts changes by answers: one to an older question is void.
@@ -42,29 +42,9 @@ impl FlownMission {
         FlownMission { ground: ground(&status), status, areas, ..FlownMission::default() }
     }
 
-    /// How high the ground is.
-    pub(crate) fn ground(&self) -> &KnownGround {
-        &self.ground
-    }
-
-    /// The vehicle stands there.
-    pub(crate) fn measure_ground(&mut self, place: Ned) {
-        self.ground.measure(place);
-    }
-
-    /// Its objectives and what became of them.
-    pub(crate) fn status(&self) -> &MissionStatus {
-        &self.status
-    }
-
     /// Its areas, and those that are taken by traffic that stands.
     pub(crate) fn areas(&self) -> &MissionAreas {
         self.with_taken.as_ref().unwrap_or(&self.areas)
-    }
-
-    /// The areas that are taken by traffic that stands.
-    pub(crate) fn taken(&self) -> &[Area] {
-        &self.taken
     }
 
     /// Traffic that stands takes these areas from now on.
@@ -81,7 +61,6 @@ impl FlownMission {
         });
     }
 
-    /// Counts changes.
     pub(crate) fn version(&self) -> u64 {
         self.version
     }
@@ -115,14 +94,8 @@ impl FlownMission {
         (basis, sends_areas)
     }
 
-    /// The planner does not know the areas.
     pub(crate) fn areas_are_unknown(&mut self) {
         self.are_areas_told = false;
-    }
-
-    /// A step was flown.
-    pub(crate) fn note_flown(&mut self, flown: FlownStep) {
-        self.flown.push(flown);
     }
 
     /// It goes on as an answer says, which took in this many of the flown steps.
@@ -145,11 +118,6 @@ impl FlownMission {
         self.are_areas_told = self.taken.is_empty();
     }
 
-    /// The steps that were flown are of a plan for what was changed.
-    pub(crate) fn forget_flown(&mut self) {
-        self.flown.clear();
-    }
-
     /// As it is published; `steps` are what is left of the plan, and `hold` is what is waited for.
     pub(crate) fn told(&self, steps: Vec<Step>, hold: String) -> MissionStatus {
         let mut told = MissionStatus {
@@ -168,7 +136,6 @@ impl FlownMission {
         told
     }
 
-    /// Its persisted part.
     pub(crate) fn stored(&self) -> v1::StoredMission {
         v1::StoredMission {
             status: Some(self.status.clone().into()),

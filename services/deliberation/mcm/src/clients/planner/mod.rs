@@ -5,13 +5,10 @@ use std::time::Duration;
 
 use domain::airspace::Grants;
 use domain::area::Area;
-use domain::area_map::AreaMap;
 use domain::decision::DecisionKind;
 use domain::geodesy::Origin;
-use domain::known_ground::KnownGround;
-use domain::mission::{Mission, MissionAreas};
+use domain::mission::MissionAreas;
 use domain::plan::{Answered, Course, Denial, FlownStep, MissionStatus, Plan, PlanReply, Step, StepId};
-use domain::skill::Goal;
 use domain::state::State;
 use domain::time::{Now, Time};
 use domain::wire::InvalidMessage;
@@ -40,7 +37,6 @@ pub(crate) const ALL_SETTLED: &str = "every objective is settled";
 /// Why a request to the planner has no usable answer.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum NoAnswer {
-    /// There was no reply.
     #[error("{0}")]
     Call(#[from] CallError),
     /// The reply made no sense.
@@ -49,7 +45,6 @@ pub(crate) enum NoAnswer {
     /// The reply contradicts itself.
     #[error("answered that {0}")]
     Contradicts(String),
-    /// The planner refused the request as invalid.
     #[error("refused the request: {0}")]
     Refused(String),
 }
@@ -80,16 +75,16 @@ pub(crate) struct Viewpoint {
 #[derive(Debug)]
 pub(crate) struct Planner {
     /// Makes request ids unique among starts of this process.
-    instance: u64,
+    pub(crate) instance: u64,
     last_request: u64,
-    mission: FlownMission,
-    flight: Flight,
-    request: PlanRequest,
-    pauses: Pauses,
+    pub(crate) mission: FlownMission,
+    pub(crate) flight: Flight,
+    pub(crate) request: PlanRequest,
+    pub(crate) pauses: Pauses,
     /// Why nothing is flown, as the planner has answered last.
     hold: String,
     /// Where the vehicle's local frame had its origin when a plan was asked for last.
-    planned_from: Option<Origin>,
+    pub(crate) planned_from: Option<Origin>,
 }
 
 impl Planner {
@@ -106,80 +101,19 @@ impl Planner {
         }
     }
 
-    /// Differs from start to start of this process.
-    pub(crate) fn instance(&self) -> u64 {
-        self.instance
-    }
-
-    /// The step that is flown, its place in the plan from 1, and the number of steps in the plan.
-    pub(crate) fn step(&self) -> Option<(&Arc<Step>, u32, u32)> {
-        self.flight.step()
-    }
-
-    /// The step after the present one.
-    pub(crate) fn next(&self) -> Option<&Arc<Step>> {
-        self.flight.next()
-    }
-
     /// Whether a step after the present one releases the load.
     pub(crate) fn is_release_ahead(&self) -> bool {
         self.flight.rest().iter().skip(1).any(Step::releases)
     }
 
-    /// The goal of the step that was given up.
-    pub(crate) fn interrupted_goal(&self) -> Option<Goal> {
-        self.flight.interrupted_goal()
-    }
-
-    /// Why the present step is to be given up, if it is.
-    pub(crate) fn withdrawal(&self) -> Option<&str> {
-        self.flight.withdrawal()
-    }
-
-    /// The state of the request for a plan.
-    pub(crate) fn request(&self) -> &PlanRequest {
-        &self.request
-    }
-
-    /// The mission that is flown.
-    pub(crate) fn mission(&self) -> &FlownMission {
-        &self.mission
-    }
-
-    /// The same, to be changed.
-    pub(crate) fn mission_mut(&mut self) -> &mut FlownMission {
-        &mut self.mission
-    }
-
-    /// Flies `mission`, nothing of which has been attempted.
-    pub(crate) fn begin_mission(&mut self, mission: &Mission) {
-        self.mission = FlownMission::beginning(mission);
-    }
-
-    /// Its objectives and what became of them.
-    pub(crate) fn status(&self) -> &MissionStatus {
-        self.mission.status()
-    }
-
     /// The heights that the mission itself names, of its objectives and sites.
     pub(crate) fn named_heights_m(&self) -> impl Iterator<Item = f64> {
-        let objectives = self.status().objectives.iter().map(|it| it.objective.position.height_m());
-        objectives.chain(self.status().sites.iter().map(|it| it.position.height_m()))
+        let objectives = self.mission.status.objectives.iter().map(|it| it.objective.position.height_m());
+        objectives.chain(self.mission.status.sites.iter().map(|it| it.position.height_m()))
     }
 
-    /// How high the ground is.
-    pub(crate) fn ground(&self) -> &KnownGround {
-        self.mission.ground()
-    }
-
-    /// Every area of the mission.
     pub(crate) fn areas(&self) -> &Arc<[Area]> {
         self.mission.areas().areas()
-    }
-
-    /// Their map.
-    pub(crate) fn area_map(&self) -> &AreaMap {
-        self.mission.areas().map()
     }
 
     /// As it is published.
@@ -197,16 +131,6 @@ impl Planner {
     /// What an answer about the mission depends on, and whether its areas are in it.
     pub(crate) fn basis_from(&mut self, viewpoint: Viewpoint) -> (domain::plan::Basis, bool) {
         self.mission.basis(viewpoint, self.flight.rest())
-    }
-
-    /// Where the vehicle's local frame had its origin when a plan was asked for last.
-    pub(crate) fn planned_from(&self) -> Option<Origin> {
-        self.planned_from
-    }
-
-    /// When a plan may be asked for, after steps that failed.
-    pub(crate) fn ask_from(&self) -> Time {
-        self.pauses.until()
     }
 
     /// Asks for a plan. A question that was not answered by its deadline is repeated under its id while nothing has changed and the
@@ -271,10 +195,9 @@ impl Planner {
     /// The present step was flown; the next question tells the planner.
     pub(crate) fn flown(&mut self, now: Time, flown: FlownStep, first_pause: Duration) {
         self.pauses.end(now, first_pause);
-        self.mission.note_flown(flown);
+        self.mission.flown.push(flown);
     }
 
-    /// The present step failed by itself.
     pub(crate) fn fail(&mut self, now: Time, reason: String, denials: Vec<Denial>, first_pause: Duration) {
         self.pauses.begin(now, first_pause);
         self.flight.on(FlightEvent::Failed(reason, denials));
@@ -308,14 +231,12 @@ impl Planner {
         self.request.on(RequestEvent::Withdrawn)
     }
 
-    /// Flies `plan`.
     pub(crate) fn adopt(&mut self, plan: Plan) {
         self.mission.planned_for = Some(plan.objective);
         self.flight.on(FlightEvent::Adopted(plan));
         self.request.on(RequestEvent::Adopted);
     }
 
-    /// The proposed plan is not flown.
     pub(crate) fn discard_proposal(&mut self) {
         self.request.on(RequestEvent::Void);
     }
@@ -436,7 +357,7 @@ impl Planner {
         self.mission.go_on(course, flown);
         areas.into_iter().for_each(|it| self.mission.replace_areas(it));
         if voids_plan {
-            self.mission.forget_flown();
+            self.mission.flown.clear();
             self.flight.on(FlightEvent::Heard);
             let was_wait = self.withdraw_step_or_wait("the mission was changed".to_owned());
             // The wait belonged to the mission of before, so the next plan counts as a first one.
@@ -450,6 +371,6 @@ impl Planner {
         self.request = PlanRequest::default();
         self.pauses = Pauses::default();
         self.mission.planned_for = None;
-        self.mission.forget_flown();
+        self.mission.flown.clear();
     }
 }

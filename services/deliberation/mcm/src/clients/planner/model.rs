@@ -9,6 +9,7 @@ use std::collections::BTreeSet;
 use domain::geometry::Ned;
 use domain::mission::{Objective, ObjectiveStatus, Progress};
 use domain::plan::{Condition, DenialKind, Parameters};
+use domain::skill::Goal;
 use proptest::prelude::*;
 use proptest_state_machine::{ReferenceStateMachine, StateMachineTest, prop_state_machine};
 
@@ -127,12 +128,12 @@ impl Client {
     }
 
     fn present(&self) -> Option<StepId> {
-        self.planner.step().map(|(step, ..)| step.id)
+        self.planner.flight.step().map(|(step, ..)| step.id)
     }
 
     fn ask(&mut self, held: bool) {
         let may_ask =
-            matches!(self.planner.request(), PlanRequest::Idle | PlanRequest::Retry(..) | PlanRequest::Hold(..));
+            matches!(self.planner.request, PlanRequest::Idle | PlanRequest::Retry(..) | PlanRequest::Hold(..));
         if !may_ask || self.present().is_some() {
             return;
         }
@@ -140,7 +141,7 @@ impl Client {
             Basis { revision: 0, held: held.then(|| "A".to_owned()).into_iter().collect(), areas_id: String::new() };
         let viewpoint = Viewpoint { at: Now { time: self.now, utc_ms: 0 }, state: state(), origin: None, wind: None };
         self.planner.ask_for_plan(viewpoint, (basis, Grants::new()), 1.5, SECOND, &mut self.outbox);
-        if let PlanRequest::Asked(question) = self.planner.request() {
+        if let PlanRequest::Asked(question) = &self.planner.request {
             assert_eq!(question.denials, self.untold, "every denial is told");
             assert_eq!(question.flown, self.untold_steps, "every flown step is reported");
             self.questions.push((question.id.clone(), question.version));
@@ -165,8 +166,8 @@ impl Client {
         let has_course = !matches!(answer, Answer::Refused | Answer::AreasUnknown);
         let is_settled = matches!(answer, Answer::Finished);
         let reply = reply.map(|reply| Answered { reply, course: has_course.then(|| course(is_settled)) });
-        let is_awaited = self.planner.request().awaits(&id).is_some();
-        let version = self.planner.mission().version();
+        let is_awaited = self.planner.request.awaits(&id).is_some();
+        let version = self.planner.mission.version();
         let before = format!("{:?}", self.planner);
         let basis = Basis { revision: 0, held: Vec::new(), areas_id: String::new() };
         let policy = ApprovalPolicy { plans: self.approval, limit: SECOND };
@@ -177,7 +178,7 @@ impl Client {
                 "an answer that nobody awaits changes nothing"
             );
         }
-        if self.planner.mission().version() != version {
+        if self.planner.mission.version() != version {
             assert_eq!(asked_about, version, "an answer about the mission of before counts");
             self.untold.clear();
             self.untold_steps = 0;
@@ -187,7 +188,8 @@ impl Client {
 
     /// A plan that is flown from now on is the newest one of the mission.
     fn note_adopted(&mut self) {
-        let Some((step, 1, count)) = self.planner.step().map(|(step, number, count)| (step.id, number, count)) else {
+        let Some((step, 1, count)) = self.planner.flight.step().map(|(step, number, count)| (step.id, number, count))
+        else {
             return;
         };
         if !self.adopted.contains(&step) {
@@ -197,7 +199,7 @@ impl Client {
     }
 
     fn fly(&mut self) {
-        let Some((step, ..)) = self.planner.step() else { return };
+        let Some((step, ..)) = self.planner.flight.step() else { return };
         let step = (**step).clone();
         self.flown.insert(step.id);
         let flown = FlownStep { step, state: state(), at: Now { time: self.now, utc_ms: 0 } };
@@ -217,7 +219,7 @@ impl Client {
 
     /// What a proposal says is not flown before somebody approves it.
     fn decide(&mut self, is_approved: bool) {
-        let Some((plan, _)) = self.planner.request().proposal() else { return };
+        let Some((plan, _)) = self.planner.request.proposal() else { return };
         match is_approved {
             true => self.planner.adopt(plan.clone()),
             false => self.planner.discard_proposal(),
@@ -265,7 +267,7 @@ impl StateMachineTest for Client {
             T::Ask { held } => client.ask(held),
             T::Answer { question, answer, holds } => client.answer(question, &answer, holds),
             T::ChangeMission { voids_plan } => {
-                let flown = client.planner.mission().flown();
+                let flown = client.planner.mission.flown();
                 client.planner.on_change(course(false), None, flown, voids_plan);
                 client.untold_steps = 0;
                 if voids_plan {
@@ -307,9 +309,9 @@ impl StateMachineTest for Client {
         if let Some(step) = client.present() {
             assert!(client.adopted.contains(&step), "{step} is none of {:?}", client.adopted);
             assert!(!client.flown.contains(&step), "{step} is flown a second time");
-            assert!(!matches!(client.planner.request(), PlanRequest::Asked(_)), "it asks for a plan and flies one");
+            assert!(!matches!(client.planner.request, PlanRequest::Asked(_)), "it asks for a plan and flies one");
         }
-        assert_eq!(client.planner.mission().flown(), client.untold_steps);
+        assert_eq!(client.planner.mission.flown(), client.untold_steps);
         let (_, denials) = client.planner.flight.failure();
         assert_eq!(denials, client.untold);
     }

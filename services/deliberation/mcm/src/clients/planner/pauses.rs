@@ -21,7 +21,6 @@ pub(crate) struct Pauses {
 }
 
 impl Pauses {
-    /// A step failed.
     pub(crate) fn begin(&mut self, now: Time, first_pause: Duration) {
         self.last = now;
         self.until = now + first_pause * PAUSES[self.failures.min(PAUSES.len() - 1)];

@@ -4,13 +4,11 @@ use domain::plan::{Denial, Failure, Plan};
 use domain::state::State;
 use domain::time::Time;
 
-/// The state of the request for a plan.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) enum PlanRequest {
     /// No plan is asked for.
     #[default]
     Idle,
-    /// Asked with this question.
     Asked(Question),
     /// The planner did not answer, or its answer made no sense: ask again at this time. With the same question, if it may still
     /// be planning for that one.
@@ -83,7 +81,6 @@ pub(crate) struct Basis {
 /// An event for the request. Answers name the request they answer.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Event {
-    /// A request was sent.
     Sent(Question),
     /// No answer came by the deadline; repeat the question at this time.
     Unanswered(Time),
@@ -97,7 +94,6 @@ pub(crate) enum Event {
     Adopted,
     /// An answer came that is void, or a plan was refused.
     Void,
-    /// Nothing is left to plan.
     Finished,
     /// The mission was changed, or another plan is wanted: an earlier answer no longer counts.
     Withdrawn,
@@ -136,10 +132,8 @@ impl PlanRequest {
 
     /// The question that was not answered by its deadline and is to be repeated.
     pub(crate) fn unanswered(&self) -> Option<&Question> {
-        match self {
-            PlanRequest::Retry(_, question) => question.as_ref(),
-            _ => None,
-        }
+        let PlanRequest::Retry(_, question) = self else { return None };
+        question.as_ref()
     }
 
     /// Whether the planner said to hold when it knew anything else than `basis`.
@@ -149,10 +143,8 @@ impl PlanRequest {
 
     /// The plan that waits for approval, and until when.
     pub(crate) fn proposal(&self) -> Option<(&Plan, Time)> {
-        match self {
-            PlanRequest::Proposed(plan, until) => Some((plan, *until)),
-            _ => None,
-        }
+        let PlanRequest::Proposed(plan, until) = self else { return None };
+        Some((plan, *until))
     }
 }
 

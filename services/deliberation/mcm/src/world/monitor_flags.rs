@@ -4,30 +4,36 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use domain::measured::Measured;
 
-use super::FlagNews;
-
 /// The source of the introspection's flags.
-pub(in crate::world) const MONITOR: &str = "monitor";
+pub(super) const MONITOR: &str = "monitor";
 
-/// A flag in the list of an introspection.
+/// The monitor has raised a flag, or the flag's condition no longer holds.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::world) struct ListedFlag {
-    pub(in crate::world) name: String,
+pub(super) struct FlagNews {
+    pub(super) name: String,
+    pub(super) raised: bool,
+    pub(super) reason: String,
+    /// The value that it was raised by.
+    pub(super) measured: Option<Measured>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct ListedFlag {
+    pub(super) name: String,
     /// Another number is another rise, unless another monitor counts.
-    pub(in crate::world) rise: u64,
-    pub(in crate::world) reason: String,
-    pub(in crate::world) measured: Option<Measured>,
+    pub(super) rise: u64,
+    pub(super) reason: String,
+    pub(super) measured: Option<Measured>,
 }
 
 /// How the flags stand by an introspection. One that is neither up nor undecided is down.
 #[derive(Debug, Clone, Default)]
-pub(in crate::world) struct Level {
-    pub(in crate::world) up: Vec<ListedFlag>,
+pub(super) struct Level {
+    pub(super) up: Vec<ListedFlag>,
     /// A monitor that was started not long ago cannot say yet.
-    pub(in crate::world) undecided: BTreeSet<String>,
+    pub(super) undecided: BTreeSet<String>,
 }
 
-/// A flag of the monitor that was taken in.
 #[derive(Debug, Clone, Copy, Default)]
 struct Taken {
     /// `None`: by a monitor before this one.
@@ -39,16 +45,15 @@ struct Taken {
 /// What was taken in of the monitor's flags. What the next introspection says beside that is news; what is answered stays taken in as long
 /// as it is listed.
 #[derive(Debug, Default)]
-pub(in crate::world) struct MonitorFlags(BTreeMap<String, Taken>);
+pub(super) struct MonitorFlags(BTreeMap<String, Taken>);
 
 impl MonitorFlags {
     /// The monitor was started again, and counts from one.
-    pub(in crate::world) fn monitor_started(&mut self) {
+    pub(super) fn monitor_started(&mut self) {
         self.0.values_mut().for_each(|it| it.rise = None);
     }
 
-    /// Counts a flag as taken in.
-    pub(in crate::world) fn expect(&mut self, name: &str) {
+    pub(super) fn expect(&mut self, name: &str) {
         self.0.insert(name.to_owned(), Taken::default());
     }
 
@@ -71,8 +76,7 @@ impl MonitorFlags {
         news
     }
 
-    /// A flag was let fall since the vehicle is on the ground.
-    pub(in crate::world) fn fell_on_ground(&mut self, name: &str) {
+    pub(super) fn fell_on_ground(&mut self, name: &str) {
         if let Some(taken) = self.0.get_mut(name) {
             taken.fell_on_ground = true;
         }
@@ -80,13 +84,13 @@ impl MonitorFlags {
 
     /// The vehicle lifts off: what was let fall on the ground, and is still listed, counts as raised. What was answered in the air stays
     /// answered.
-    pub(in crate::world) fn lifts_off(&mut self) {
+    pub(super) fn lifts_off(&mut self) {
         self.0.retain(|_, taken| !taken.fell_on_ground);
     }
 
     /// Another flight begins: what is still listed and is not up, since it was answered or was of no more interest on the ground, counts
     /// as raised.
-    pub(in crate::world) fn next_flight(&mut self, is_up: impl Fn(&str) -> bool) {
+    pub(super) fn next_flight(&mut self, is_up: impl Fn(&str) -> bool) {
         self.0.retain(|name, _| is_up(name));
     }
 }

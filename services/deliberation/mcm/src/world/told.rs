@@ -7,7 +7,7 @@ use kittiwake_proto::v1;
 
 /// Who was heard, and how long the vehicle flies.
 #[derive(Debug, Clone, Copy, Default)]
-pub(in crate::world) struct Told {
+pub(super) struct Told {
     ground_link: bool,
     control_tower: bool,
     /// For how long it had flown, and when; `None` on the ground.
@@ -16,13 +16,12 @@ pub(in crate::world) struct Told {
 
 impl Told {
     /// What was told to a process before this one.
-    pub(in crate::world) fn remembered(told: v1::ToldByMonitor) -> Told {
+    pub(super) fn remembered(told: v1::ToldByMonitor) -> Told {
         let v1::ToldByMonitor { ground_link, control_tower, .. } = told;
         Told { ground_link, control_tower, flight: None }
     }
 
-    /// Keeps what an introspection tells.
-    pub(in crate::world) fn hear(&mut self, introspection: &v1::Introspection, now: Time) {
+    pub(super) fn hear(&mut self, introspection: &v1::Introspection, now: Time) {
         let ages = introspection.ages.unwrap_or_default();
         let is_disarmed = introspection.status.as_ref().is_some_and(|it| !it.armed);
         if is_disarmed && introspection.derived.is_some_and(|it| !it.flying) {
@@ -39,7 +38,7 @@ impl Told {
     }
 
     /// The same for monitors and for a process after this one.
-    pub(in crate::world) fn to_wire(self, now: Time) -> v1::ToldByMonitor {
+    pub(super) fn to_wire(self, now: Time) -> v1::ToldByMonitor {
         let Told { ground_link, control_tower, .. } = self;
         v1::ToldByMonitor { ground_link, control_tower, flight_s: self.flight_time(now).as_secs_f64() }
     }

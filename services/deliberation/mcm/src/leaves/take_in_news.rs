@@ -4,10 +4,9 @@ use behavior_tree::{Leaf, LeafResult, Ports, Status};
 
 use crate::world::World;
 
-/// Always running.
-pub(super) struct Monitor;
+pub(super) struct TakeInNews;
 
-impl Leaf<World> for Monitor {
+impl Leaf<World> for TakeInNews {
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         if let Some(lost_from) = world.take_in_news() {
             ports.tick_at(lost_from.since_start());
