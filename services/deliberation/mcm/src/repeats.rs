@@ -15,10 +15,10 @@ const WINDOW: Duration = Duration::from_secs(10);
 
 /// What was said lately, by what it is about, and how often.
 #[derive(Debug, Default)]
-pub(crate) struct Repeats(BTreeMap<String, Said>);
+pub(crate) struct Repeats(BTreeMap<String, Counted>);
 
 #[derive(Debug)]
-struct Said {
+struct Counted {
     /// The first of them.
     text: String,
     since: Time,
@@ -34,7 +34,7 @@ impl Repeats {
             return said.times <= MOST;
         }
         if self.0.len() < MOST_KEPT {
-            self.0.insert(about.to_owned(), Said { text: text.to_owned(), since: at, times: 1 });
+            self.0.insert(about.to_owned(), Counted { text: text.to_owned(), since: at, times: 1 });
         }
         true
     }

@@ -132,7 +132,8 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
     // Each is planned for, stayed at, and passed.
     let most_answers = 3 * planner.objectives().all().len() + MOST_WAITS;
     for _ in 0..most_answers {
-        let answer = planner.replan(question(&state), now);
+        let question = Question { state: state.clone(), grants: Grants::new(), failed: None, denials: Vec::new() };
+        let answer = planner.replan(question, now);
         let index = planner.objectives().current_index();
         if let Some(objective) = planner.objectives().all().get(index)
             && forecasts.last().is_none_or(|it| it.objective != objective.status.objective.name)
@@ -150,7 +151,7 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
                 let time_s = legs.iter().map(|it| it.time_s).sum();
                 forecast.add(legs, begins_s);
                 state.permissions.extend(steps.iter().flat_map(asked));
-                now = planner.after(now, seconds(time_s));
+                now = planner.after(now, Duration::try_from_secs_f64(time_s).unwrap_or(Duration::MAX));
                 state = State {
                     permissions: state.permissions,
                     gripper: last.reaches.gripper.or(state.gripper),
@@ -196,10 +197,6 @@ fn settled(planner: &MissionPlanner, forecasts: &mut Vec<Forecast>) -> Vec<Forec
         Forecast { unreachable, ..made.unwrap_or_else(|| blank(objective)) }
     };
     planner.objectives().all().iter().map(settle).collect()
-}
-
-fn question(state: &State) -> Question {
-    Question { state: state.clone(), grants: Grants::new(), failed: None, denials: Vec::new() }
 }
 
 fn blank(objective: &Objective) -> Forecast {
@@ -269,10 +266,6 @@ impl Forecast {
 
 fn charge_after(first_charge: Option<Fraction>, used_wh: f64, planner: &MissionPlanner) -> Option<f64> {
     Some(planner.judge().model.charge_after(first_charge?, used_wh))
-}
-
-fn seconds(seconds: f64) -> Duration {
-    Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
 }
 
 fn asked(step: &Step) -> impl Iterator<Item = String> {

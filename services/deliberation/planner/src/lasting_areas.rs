@@ -14,7 +14,7 @@ use domain::state::State;
 use domain::time::Now;
 
 use crate::mission_planner::origin::{Misfit, misfit};
-use crate::mission_request::Told;
+use crate::mission_request::Reply;
 
 /// The areas that the control tower has denied or revoked last, or may have, each with the number of that decision, which is its time.
 pub(crate) type Closed = BTreeMap<String, u64>;
@@ -39,7 +39,7 @@ impl LastingAreas<'_> {
         &self,
         mut mission: Mission,
         is_renewed: impl Fn(&Feed) -> bool,
-    ) -> Result<(Mission, Option<String>), Told> {
+    ) -> Result<(Mission, Option<String>), Reply> {
         let listed: BTreeMap<String, usize> =
             mission.areas.iter().enumerate().map(|(index, it)| (it.name.clone(), index)).collect();
         let data_sets = self.present.feeds.iter().filter(|it| it.is_data_set());
@@ -70,7 +70,7 @@ impl LastingAreas<'_> {
                     let feed = format!("feed `{}`", source.name);
                     let of = if source.is_data_set() { &feed } else { "the control tower" };
                     let name = &area.name;
-                    return Err(Told::new(format!(
+                    return Err(Reply::new(format!(
                         "area `{name}` is another one than that of {of}: leave it as it is, or give it another name"
                     )));
                 }
@@ -134,11 +134,11 @@ fn is_same(a: &Area, b: &Area) -> bool {
 }
 
 /// A mission has no more areas and corners than one file may have.
-fn within_bounds(mission: &Mission) -> Result<(), Told> {
+fn within_bounds(mission: &Mission) -> Result<(), Reply> {
     let areas = mission.areas.len();
     let corners: usize = mission.areas.iter().flat_map(Area::rings).map(<[_]>::len).sum();
     if MOST_AREAS < areas || MOST_CORNERS < corners {
-        return Err(Told::new(format!(
+        return Err(Reply::new(format!(
             "the mission would have {areas} areas with {corners} corners, at most {MOST_AREAS} with {MOST_CORNERS} are allowed"
         )));
     }

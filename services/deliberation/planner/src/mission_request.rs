@@ -46,7 +46,7 @@ pub(crate) enum MissionRequest {
 
 /// What happened, or why nothing did.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Told {
+pub(crate) struct Reply {
     pub(crate) text: String,
     /// The mistakes in the text of the mission, each with its line and column.
     pub(crate) mistakes: Vec<String>,
@@ -54,10 +54,10 @@ pub(crate) struct Told {
     pub(crate) forecast: Option<Box<MissionForecast>>,
 }
 
-impl Told {
+impl Reply {
     /// Words only.
-    pub(crate) fn new(text: impl Into<String>) -> Told {
-        Told { text: text.into(), ..Told::default() }
+    pub(crate) fn new(text: impl Into<String>) -> Reply {
+        Reply { text: text.into(), ..Reply::default() }
     }
 }
 
@@ -94,7 +94,7 @@ pub(crate) fn answer(
     state: &State,
     (end, closed): (&End, &Closed),
     now: Now,
-) -> Result<Told, Told> {
+) -> Result<Reply, Reply> {
     let asks_about_another = matches!(request, MissionRequest::Upload(_) | MissionRequest::Validate(..));
     let is_flown = state.flying || end.is_flown || !(planner.is_over() || end.is_of_this_mission());
     if asks_about_another && !is_flown {
@@ -102,16 +102,16 @@ pub(crate) fn answer(
     }
     match request {
         MissionRequest::Airspace { .. } if end.is_of_this_mission() || planner.is_over() => {
-            Err(Told::new(format!("{}: upload the next mission with the new airspace", end.in_words())))
+            Err(Reply::new(format!("{}: upload the next mission with the new airspace", end.in_words())))
         }
         MissionRequest::Airspace { text, is_tried } => {
             new_airspace::adopt(planner, (&text, is_tried), closed, state, now)
         }
         MissionRequest::Insert(..) if end.is_of_this_mission() => {
-            Err(Told::new(format!("{}: nobody would fly it", end.why)))
+            Err(Reply::new(format!("{}: nobody would fly it", end.why)))
         }
         MissionRequest::Remove(_) | MissionRequest::Skip { .. } if end.is_of_this_mission() => {
-            Err(Told::new(format!("{}: nothing is left to leave out", end.why)))
+            Err(Reply::new(format!("{}: nothing is left to leave out", end.why)))
         }
         MissionRequest::Validate(text, wind) => {
             try_out(planner, (&text, wind), closed, state, now).map(|it| validate(planner, it))
@@ -139,12 +139,12 @@ fn try_out(
     closed: &Closed,
     state: &State,
     now: Now,
-) -> Result<Tried, Told> {
+) -> Result<Tried, Reply> {
     let mission = Mission::read(&source(text)?).map_err(mistakes_in_text)?;
     match planner.misfit(mission.origin) {
         // On the ground the mission waits until the vehicle knows its place.
         Some(Misfit::Unknown) if !state.flying => {}
-        Some(misfit) => return Err(Told::new(misfit.to_string())),
+        Some(misfit) => return Err(Reply::new(misfit.to_string())),
         None => {}
     }
     let is_renewed = |old: &&Feed| mission.feeds.iter().any(|it| it.renews(old, now.utc_ms));
@@ -152,7 +152,7 @@ fn try_out(
     let (mission, stays) = planner.lasting_areas(closed).with(mission, |feed| renewed.contains(feed))?;
     let over = added_over_the_vehicle(planner.mission(), &mission, state, now);
     if let Some((_, words)) = over.iter().find(|(of_data_set, _)| !of_data_set) {
-        return Err(Told::new(format!("{words}: fly it out first, or leave the area out")));
+        return Err(Reply::new(format!("{words}: fly it out first, or leave the area out")));
     }
     let forecast = judged(planner, &mission, wind.unwrap_or(planner.judge().wind), state, now)?;
     let leaves = over.into_iter().map(|(_, words)| format!("{words}, and leaves it"));
@@ -161,14 +161,14 @@ fn try_out(
 }
 
 /// What the mission in `text` takes, in words.
-fn validate(planner: &MissionPlanner, tried: Tried) -> Told {
+fn validate(planner: &MissionPlanner, tried: Tried) -> Reply {
     let Tried { mission, forecast, remarks } = tried;
     let text = match words_of(forecast.objectives.iter().filter(|it| it.worth.is_some())) {
         None => format!("every objective of `{}` can be reached", mission.name),
         Some(left_out) => format!("every required objective of `{}` can be reached; {left_out}", mission.name),
     };
     let text = std::iter::once(text).chain(remarks).collect::<Vec<_>>().join("; ");
-    Told { forecast: Some(forecast), ..Told::new(planner.with_wind(text, &mission)) }
+    Reply { forecast: Some(forecast), ..Reply::new(planner.with_wind(text, &mission)) }
 }
 
 /// What `mission` takes, if it is to be flown.
@@ -178,29 +178,29 @@ pub(crate) fn judged(
     wind: Wind,
     state: &State,
     now: Now,
-) -> Result<Box<MissionForecast>, Told> {
+) -> Result<Box<MissionForecast>, Reply> {
     let forecast = planner.forecast(mission, state, now, wind);
     let forecast = Box::new(with_alternates(forecast, planner, mission, wind, now));
     match forecast.not_flown() {
-        Some(why) => Err(Told { forecast: Some(forecast), ..Told::new(why) }),
+        Some(why) => Err(Reply { forecast: Some(forecast), ..Reply::new(why) }),
         None => Ok(forecast),
     }
 }
 
-pub(crate) fn source(text: &str) -> Result<Source, Told> {
+pub(crate) fn source(text: &str) -> Result<Source, Reply> {
     // Of what comes over the bus its own limit is lower; `kittiwake plan` asks in the same process.
     if LARGEST_BYTES < text.len() as u64 {
-        return Err(Told::new(format!("the text has {} bytes, more than the limit of {LARGEST_BYTES}", text.len())));
+        return Err(Reply::new(format!("the text has {} bytes, more than the limit of {LARGEST_BYTES}", text.len())));
     }
     Ok(Source { path: "mission".into(), text: text.to_owned() })
 }
 
-pub(crate) fn mistakes_in_text(mistakes: Mistakes) -> Told {
+pub(crate) fn mistakes_in_text(mistakes: Mistakes) -> Reply {
     let least = if mistakes.is_full() { "at least " } else { "" };
     let mistakes: Vec<String> = mistakes.0.iter().map(|mistake| mistake.to_string()).collect();
     let plural = if mistakes.len() == 1 { "" } else { "s" };
     let text = format!("{least}{} mistake{plural} in the text", mistakes.len());
-    Told { text, mistakes, ..Told::default() }
+    Reply { text, mistakes, ..Reply::default() }
 }
 
 /// The mission in `text` takes the place of the present one. If nothing of that is flown any more, it is taken where the vehicle stands,
@@ -211,11 +211,11 @@ fn upload(
     state: &State,
     (end, closed): (&End, &Closed),
     now: Now,
-) -> Result<Told, Told> {
+) -> Result<Reply, Reply> {
     let waits = !end.why.is_empty() || planner.is_over();
     if waits && (state.flying || end.is_flown) {
         let once = if state.flying { "the vehicle has landed" } else { "its end is reported" };
-        return Err(Told::new(format!("{}: nobody would fly it; upload it once {once}", end.in_words())));
+        return Err(Reply::new(format!("{}: nobody would fly it; upload it once {once}", end.in_words())));
     }
     let Tried { mission, forecast, remarks } = try_out(planner, (text, None), closed, state, now)?;
     let text = match waits {
@@ -226,7 +226,7 @@ fn upload(
     let text = std::iter::once(text).chain(remarks).collect::<Vec<_>>().join("; ");
     let text = planner.with_wind(text, &mission);
     planner.take_over(mission);
-    Ok(Told { forecast: Some(forecast), ..Told::new(text) })
+    Ok(Reply { forecast: Some(forecast), ..Reply::new(text) })
 }
 
 fn insert(
@@ -235,26 +235,26 @@ fn insert(
     objective: Objective,
     state: &State,
     now: Now,
-) -> Result<Told, Told> {
+) -> Result<Reply, Reply> {
     if planner.is_over() {
-        return Err(Told::new(OVER));
+        return Err(Reply::new(OVER));
     }
     let (all, current) = (planner.objectives().all(), planner.objectives().current_index());
     if index < current {
         let text = format!("objective {index} is settled; the first place to insert at is {current}");
-        return Err(Told::new(text));
+        return Err(Reply::new(text));
     }
     if all.len() < index || MOST_OBJECTIVES <= all.len() {
         let count = all.len();
-        return Err(Told::new(format!(
+        return Err(Reply::new(format!(
             "cannot insert at {index}: the mission has {count} objectives, and the limit is {MOST_OBJECTIVES}"
         )));
     }
     if all.iter().any(|it| it.status.objective.name == objective.name) {
-        return Err(Told::new(format!("there is an objective `{}` already", objective.name)));
+        return Err(Reply::new(format!("there is an objective `{}` already", objective.name)));
     }
     if let Some(why) = planner.mission().unfit_place(&objective, index == all.len()) {
-        return Err(Told::new(why));
+        return Err(Reply::new(why));
     }
     let mut mission = planner.rest_of_mission();
     let waiting_before = all[..index].iter().filter(|it| it.status.progress == Progress::Waiting).count();
@@ -265,39 +265,39 @@ fn insert(
     let of_this = forecast.objectives.iter().filter(|it| it.objective == objective.name);
     let too_much = || Some(format!("with it the mission {}", forecast.shortfall()?));
     if let Some(why) = words_of(of_this).or_else(too_much) {
-        return Err(Told::new(why));
+        return Err(Reply::new(why));
     }
     let inserted = Mission { objectives: vec![objective.clone()], ..planner.mission().clone() };
     let text = planner.with_wind(format!("objective `{}` inserted at {index}", objective.name), &inserted);
     planner.change(index, |it| it.insert(index, &objective));
-    Ok(Told { forecast: Some(Box::new(forecast)), ..Told::new(text) })
+    Ok(Reply { forecast: Some(Box::new(forecast)), ..Reply::new(text) })
 }
 
-fn remove(planner: &mut MissionPlanner, name: &str) -> Result<Told, Told> {
+fn remove(planner: &mut MissionPlanner, name: &str) -> Result<Reply, Reply> {
     let index = waiting(planner, name)?;
     if planner.objectives().all().len() == 1 {
         let text = format!("`{name}` is the only objective; skip it, or upload another mission");
-        return Err(Told::new(text));
+        return Err(Reply::new(text));
     }
     planner.change(index, |it| it.remove(index));
-    Ok(Told::new(format!("objective `{name}` removed")))
+    Ok(Reply::new(format!("objective `{name}` removed")))
 }
 
-fn skip(planner: &mut MissionPlanner, name: &str, operator: &str) -> Result<Told, Told> {
+fn skip(planner: &mut MissionPlanner, name: &str, operator: &str) -> Result<Reply, Reply> {
     let index = waiting(planner, name)?;
     let by = if operator.is_empty() { "the operator" } else { operator };
     planner.change(index, |it| it.give_up(index, format!("skipped by {by}")));
-    Ok(Told::new(format!("objective `{name}` skipped")))
+    Ok(Reply::new(format!("objective `{name}` skipped")))
 }
 
 /// The index of the objective with this name, if it is not settled.
-fn waiting(planner: &MissionPlanner, name: &str) -> Result<usize, Told> {
+fn waiting(planner: &MissionPlanner, name: &str) -> Result<usize, Reply> {
     let all = planner.objectives().all();
     let index = all.iter().position(|it| it.status.objective.name == name);
-    let index = index.ok_or_else(|| Told::new(format!("there is no objective `{name}`")))?;
+    let index = index.ok_or_else(|| Reply::new(format!("there is no objective `{name}`")))?;
     match &all[index].status.progress {
         Progress::Waiting => Ok(index),
-        Progress::Success => Err(Told::new(format!("objective `{name}` has been reached"))),
-        Progress::Failure(reason) => Err(Told::new(format!("objective `{name}` has failed: {reason}"))),
+        Progress::Success => Err(Reply::new(format!("objective `{name}` has been reached"))),
+        Progress::Failure(reason) => Err(Reply::new(format!("objective `{name}` has failed: {reason}"))),
     }
 }

@@ -10,7 +10,7 @@ use domain::time::Now;
 
 use crate::lasting_areas::{Closed, added_over_the_vehicle};
 use crate::mission_planner::MissionPlanner;
-use crate::mission_request::{Told, judged, mistakes_in_text, source};
+use crate::mission_request::{Reply, judged, mistakes_in_text, source};
 
 /// The areas of the mission file `text` that came from feeds take the place of the present ones, if what is left of the mission can be
 /// flown then. With `is_tried` nothing is changed. What the tower has closed stays.
@@ -20,14 +20,14 @@ pub(crate) fn adopt(
     closed: &Closed,
     state: &State,
     now: Now,
-) -> Result<Told, Told> {
+) -> Result<Reply, Reply> {
     let airspace = Airspace::read(&source(text)?).map_err(mistakes_in_text)?;
     let mission = with_airspace(planner.rest_of_mission(), airspace)?;
     let (mission, stays) = planner.lasting_areas(closed).with(mission, |_| true)?;
     let last = mission.objectives.len().saturating_sub(1);
     let mut objectives = mission.objectives.iter().enumerate();
     if let Some(why) = objectives.find_map(|(index, it)| mission.unfit_place(it, index == last)) {
-        return Err(Told::new(format!("{why}; skip or remove it first, or leave that area out")));
+        return Err(Reply::new(format!("{why}; skip or remove it first, or leave that area out")));
     }
     let forecast = judged(planner, &mission, planner.judge().wind, state, now)?;
     let verb = if is_tried { "would be adopted" } else { "adopted" };
@@ -40,13 +40,13 @@ pub(crate) fn adopt(
     if !is_tried {
         planner.replace_airspace(mission.areas, mission.feeds);
     }
-    Ok(Told { forecast: Some(forecast), ..Told::new(text) })
+    Ok(Reply { forecast: Some(forecast), ..Reply::new(text) })
 }
 
 /// The mission with its own areas, and with those of feeds in place of the ones that came from feeds before.
-fn with_airspace(mission: Mission, airspace: Airspace) -> Result<Mission, Told> {
+fn with_airspace(mission: Mission, airspace: Airspace) -> Result<Mission, Reply> {
     if airspace.origin != mission.origin {
-        return Err(Told::new(
+        return Err(Reply::new(
             "the origin in the text is not that of the present mission: its areas would lie elsewhere",
         ));
     }
@@ -59,7 +59,7 @@ fn with_airspace(mission: Mission, airspace: Airspace) -> Result<Mission, Told> 
                 "the mission has an area `{}` of its own already: rename the one that came from a feed",
                 area.name
             );
-            return Err(Told::new(text));
+            return Err(Reply::new(text));
         }
         areas.push(area.clone());
     }

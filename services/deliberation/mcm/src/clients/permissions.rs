@@ -36,6 +36,7 @@ pub(crate) enum Asking {
 /// What is believed of the ledgers, and the requests that are under way.
 #[derive(Debug)]
 pub(crate) struct Permissions {
+    limits: Limits,
     belief: Belief,
     requests: BTreeMap<String, PermissionRequest>,
     /// Areas that were asked for ahead of the step that needs them; it has not begun.
@@ -81,8 +82,9 @@ enum PermissionRequest {
 
 impl Permissions {
     /// Of `vehicle`; `instance` makes request ids and flights unique among restarts.
-    pub(crate) fn new(vehicle: &str, instance: u64) -> Permissions {
+    pub(crate) fn new(vehicle: &str, instance: u64, limits: Limits) -> Permissions {
         Permissions {
+            limits,
             belief: Belief::new(vehicle, flight(instance, 0), None),
             requests: BTreeMap::new(),
             asked_ahead: BTreeSet::new(),
@@ -245,24 +247,24 @@ impl Permissions {
         self.refused.len() < MAX_REFUSALS && self.refused.insert((area.to_owned(), refusal.clone()))
     }
 
-    /// Asks for the permissions that `step` needs, unless a request is under way already.
-    pub(crate) fn ask(&mut self, now: Time, area: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) {
+    /// Asks for `area`, unless a request is under way already.
+    pub(crate) fn ask(&mut self, now: Time, area: &str, by: StepId, outbox: &mut Outbox) {
         if !matches!(self.requests.get(area), Some(PermissionRequest::Sent { .. })) {
             let after_decision = self.belief.permission(area).map_or(0, |it| it.decision);
             let request = PermissionRequest::Sent { tries: 0, answer_by: now, after_decision, by, undelivered: None };
             self.requests.insert(area.to_owned(), request);
         }
-        self.send_if_overdue(now, area, limits, outbox);
+        self.send_if_overdue(now, area, outbox);
     }
 
     /// Asks the tower about a line that settles nothing; returns whether that is new. A few requests are enough: what is only a recording comes
     /// again and again.
-    pub(crate) fn doubt(&mut self, now: Time, line: &ToAsk, by: StepId, limits: &Limits, outbox: &mut Outbox) -> bool {
+    pub(crate) fn doubt(&mut self, now: Time, line: &ToAsk, by: StepId, outbox: &mut Outbox) -> bool {
         let key = (line.area.clone(), matches!(line.why, Why::SaysNo { .. }));
         let (highest, tries) = self.doubted.get(&key).copied().unwrap_or_default();
         let tries = if highest < line.decision { 0 } else { tries };
-        let is_enough = line.decision < highest || limits.permission_tries <= tries;
-        if is_enough || !self.renew(now, &line.area, by, limits, outbox) {
+        let is_enough = line.decision < highest || self.limits.permission_tries <= tries;
+        if is_enough || !self.renew(now, &line.area, by, outbox) {
             return false;
         }
         self.doubted.insert(key, (line.decision, tries + 1));
@@ -271,19 +273,19 @@ impl Permissions {
 
     /// Asks again for `area`, whose permission is held and will expire, or is to be confirmed, or doubted; returns whether a request was
     /// sent. Answers are overdue as for any other request, but silence is no denial here: the flight reacts to the expiry itself.
-    pub(crate) fn renew(&mut self, now: Time, area: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) -> bool {
+    pub(crate) fn renew(&mut self, now: Time, area: &str, by: StepId, outbox: &mut Outbox) -> bool {
         if self.requests.contains_key(area) || self.renewals.get(area).is_some_and(|until| now < *until) {
             return false;
         }
-        self.renewals.insert(area.to_owned(), now + limits.permission_answer);
-        self.send(area, "", by, limits, outbox);
+        self.renewals.insert(area.to_owned(), now + self.limits.permission_answer);
+        self.send(area, "", by, outbox);
         true
     }
 
     /// The state of the request for a permission; sends the request again when the answer is overdue.
-    pub(crate) fn asking(&mut self, now: Time, need: &PermissionNeed, limits: &Limits, outbox: &mut Outbox) -> Asking {
+    pub(crate) fn asking(&mut self, now: Time, need: &PermissionNeed, outbox: &mut Outbox) -> Asking {
         let PermissionNeed { area, lasts } = need;
-        if self.meets(need, now, limits) {
+        if self.meets(need, now) {
             return Asking::Granted;
         }
         let Some(request) = self.requests.get(area) else { return Asking::Lost };
@@ -301,9 +303,9 @@ impl Permissions {
                 (DenialKind::TooShort, format!("granted for {given_s} s, {needed_s} s are needed"))
             }
             _ if now < answer_by => return Asking::Awaited(answer_by),
-            _ if tries < limits.permission_tries => {
-                self.send_if_overdue(now, area, limits, outbox);
-                return Asking::Awaited(now + limits.permission_answer);
+            _ if tries < self.limits.permission_tries => {
+                self.send_if_overdue(now, area, outbox);
+                return Asking::Awaited(now + self.limits.permission_answer);
             }
             _ if undelivered == Some(CallError::Unavailable) => {
                 (DenialKind::Silent, "the control tower is unavailable".to_owned())
@@ -322,8 +324,8 @@ impl Permissions {
     }
 
     /// Whether every permission that is needed is held, and enough to go on by.
-    pub(crate) fn meets(&self, need: &PermissionNeed, now: Time, limits: &Limits) -> bool {
-        let least = need.lasts.max(limits.permission_margin);
+    pub(crate) fn meets(&self, need: &PermissionNeed, now: Time) -> bool {
+        let least = need.lasts.max(self.limits.permission_margin);
         // A grant is already a moment old when it arrives.
         let lasts = self.belief.remaining(&need.area, now).is_some_and(|remaining| least < remaining + GRANT_AGE);
         lasts && self.source(&need.area, now).permits(To::GoOn)
@@ -352,8 +354,8 @@ impl Permissions {
     }
 
     /// The areas that were asked for and not answered yet.
-    pub(crate) fn awaited(&self, now: Time, limits: &Limits) -> Vec<v1::AwaitedPermission> {
-        let (answer_s, limit) = (limits.permission_answer.as_secs_f64(), f64::from(limits.permission_tries));
+    pub(crate) fn awaited(&self, now: Time) -> Vec<v1::AwaitedPermission> {
+        let (answer_s, limit) = (self.limits.permission_answer.as_secs_f64(), f64::from(self.limits.permission_tries));
         let awaited = |(area, request): (&String, &PermissionRequest)| match request {
             PermissionRequest::Sent { tries, answer_by, .. } => {
                 let waited_s = f64::from(*tries) * answer_s - (*answer_by - now).as_secs_f64();
@@ -381,19 +383,19 @@ impl Permissions {
         }
     }
 
-    fn send_if_overdue(&mut self, now: Time, area: &str, limits: &Limits, outbox: &mut Outbox) {
+    fn send_if_overdue(&mut self, now: Time, area: &str, outbox: &mut Outbox) {
         let Some(PermissionRequest::Sent { tries, answer_by, by, .. }) = self.requests.get_mut(area) else { return };
         if now < *answer_by {
             return;
         }
         *tries += 1;
-        *answer_by = now + limits.permission_answer;
+        *answer_by = now + self.limits.permission_answer;
         let by = *by;
-        self.send(area, "", by, limits, outbox);
+        self.send(area, "", by, outbox);
     }
 
     /// Asks for `area`; tells the tower of an entry that does not wait for its answer, for the reason `entered_because`, if there is one.
-    pub(crate) fn send(&mut self, area: &str, entered_because: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) {
+    pub(crate) fn send(&mut self, area: &str, entered_because: &str, by: StepId, outbox: &mut Outbox) {
         self.last_request += 1;
         let request = v1::PermissionRequest {
             request_id: format!("mcm-{:x}-p{}", self.instance, self.last_request),
@@ -404,7 +406,7 @@ impl Permissions {
             extent: self.belief.extent(area).map(Into::into),
             entered_because: entered_because.to_owned(),
         };
-        outbox.call(Purpose::Permission(area.to_owned()), Request::Permission(request), limits.permission_answer);
+        outbox.call(Purpose::Permission(area.to_owned()), Request::Permission(request), self.limits.permission_answer);
     }
 }
 

@@ -90,15 +90,6 @@ impl Entry {
     }
 }
 
-/// The skill manager's answer to a request.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Reply {
-    /// It runs under this id.
-    Taken(u64),
-    /// It was refused, for this reason.
-    Refused(String),
-}
-
 /// How often a request without an answer is sent; its id makes repetitions harmless.
 const TRIES: u32 = 3;
 
@@ -199,11 +190,12 @@ impl Skills {
         }
     }
 
+    /// The answer to a request to start: the id that the skill runs under, or why it was refused.
     pub(crate) fn on_reply(
         &mut self,
         now: Time,
         request_id: &str,
-        result: Result<Reply, CallError>,
+        result: Result<Result<u64, String>, CallError>,
         timeout: Duration,
         outbox: &mut Outbox,
     ) {
@@ -211,11 +203,11 @@ impl Skills {
         let Progress::Asked(tries) = entry.progress else { return };
         entry.heard = now;
         match result {
-            Ok(Reply::Taken(skill_id)) => {
+            Ok(Ok(skill_id)) => {
                 entry.skill_id = skill_id;
                 entry.progress = Progress::Accepted;
             }
-            Ok(Reply::Refused(reason)) => entry.progress = Progress::Ended(SkillOutcome::Rejected, reason),
+            Ok(Err(reason)) => entry.progress = Progress::Ended(SkillOutcome::Rejected, reason),
             Err(CallError::Unanswered) if tries < TRIES && entry.is_held() => {
                 entry.progress = Progress::Asked(tries + 1);
                 send(entry, 0, self.sending, timeout, outbox);

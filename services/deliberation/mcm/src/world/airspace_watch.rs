@@ -14,6 +14,7 @@ use domain::time::Time;
 use domain::way::{FlightLimits, way_out};
 
 use super::airspace::with_turn;
+use super::narrowing::MOVES_M_S;
 use super::{SELF, WayOut, World};
 use crate::journal::Said;
 use crate::vehicle::Vehicle;
@@ -21,8 +22,6 @@ use crate::vehicle::Vehicle;
 /// A permission is asked for again this long before the vehicle would have to leave. (ENG: the tower's answer is awaited
 /// for up to 30 s.)
 const RENEWAL_LEAD: Duration = Duration::from_secs(60);
-/// A vehicle that is slower than this holds. (ENG: what an estimate's noise and a gust do.)
-const MOVES_M_S: f64 = 1.0;
 /// Ways out are looked for again after this. (ENG: by then a vehicle at cruise speed is ten metres farther, a fifth of what [`TURN`] allows
 /// for; a search among hundreds of areas takes milliseconds.)
 const WAYS_OUT_PERIOD: Duration = Duration::from_secs(1);
@@ -203,7 +202,7 @@ impl World {
         let by = self.needed_by();
         for area in names {
             let why = self.permissions.why_to_confirm(&area, self.now.time).unwrap_or("before its permission expires");
-            if self.permissions.renew(self.now.time, &area, by, &self.setup.limits, &mut self.out.outbox) {
+            if self.permissions.renew(self.now.time, &area, by, &mut self.out.outbox) {
                 let text = format!("asking for area {area} again {why}");
                 self.record(Said::new("permission", DecisionKind::PermissionAsked, text).about_area(area));
             }

@@ -5,7 +5,7 @@ use domain::measured::{Measured, Unit};
 use domain::time::Time;
 use kittiwake_proto::topics::Topic;
 
-use super::monitor_flags::MONITOR;
+use super::monitor_flags::{FlagNews, ListedFlag, MONITOR};
 use super::{SELF, World};
 
 /// Of a name that has no row, which may be as long as a message.
@@ -26,14 +26,16 @@ impl World {
             self.flags.condition_gone(INTROSPECTION_LOST, SELF);
         }
         for flag in std::mem::take(&mut self.monitor.flags) {
-            if self.flags.number(&flag.name).is_none() {
+            let (FlagNews::Raised(ListedFlag { name, .. }) | FlagNews::Fell(name)) = &flag;
+            if self.flags.number(name).is_none() {
                 // Counted with what the heartbeat calls malformed: a name that nobody knows cannot be acted on.
-                let name: String = flag.name.chars().take(MOST_CHARACTERS).collect();
+                let name: String = name.chars().take(MOST_CHARACTERS).collect();
                 self.out.outbox.refuse(Topic::Introspection, format_args!("flag `{name}` has no row"));
-            } else if flag.raised {
-                self.raise_by(&flag.name, MONITOR, flag.reason, flag.measured);
-            } else {
-                self.flags.condition_gone(&flag.name, MONITOR);
+                continue;
+            }
+            match flag {
+                FlagNews::Raised(it) => self.raise_by(&it.name, MONITOR, it.reason, it.measured),
+                FlagNews::Fell(name) => self.flags.condition_gone(&name, MONITOR),
             }
         }
         self.watch_control();

@@ -109,7 +109,7 @@ impl World {
         }
         let by = self.needed_by();
         for area in &areas {
-            self.permissions.send(area, why, by, &self.setup.limits, &mut self.out.outbox);
+            self.permissions.send(area, why, by, &mut self.out.outbox);
         }
         let names: Vec<&str> = areas.iter().map(String::as_str).collect();
         let text = format!("enters area {} without permission: {why}", names.join(", "));

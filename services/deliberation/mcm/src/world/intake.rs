@@ -13,8 +13,8 @@ use signed_permissions::belief::{Taken, ToAsk, Why};
 
 use super::World;
 use super::monitor_flags::{Level, ListedFlag};
-use crate::clients::planner::{ApprovalPolicy, NoAnswer, Question};
-use crate::clients::skills::Reply;
+use crate::clients::planner::{NoAnswer, Question};
+use crate::config::Config;
 use crate::journal::{Cause, Said};
 use crate::outbox::Purpose;
 use crate::vehicle::Vehicle;
@@ -94,7 +94,7 @@ impl World {
                 }
                 for line in to_ask {
                     let (now, by) = (self.now.time, self.needed_by());
-                    if self.permissions.doubt(now, &line, by, &self.setup.limits, &mut self.out.outbox) {
+                    if self.permissions.doubt(now, &line, by, &mut self.out.outbox) {
                         self.record(asking_about(line));
                     }
                 }
@@ -110,9 +110,9 @@ impl World {
         match purpose {
             Purpose::StartSkill(id) => {
                 let reply = result.map(|response| match response {
-                    Response::Skill(reply) if reply.skill_id != 0 => Reply::Taken(reply.skill_id),
-                    Response::Skill(reply) => Reply::Refused(reply.refusal),
-                    _ => Reply::Refused("the skill manager answered something else".into()),
+                    Response::Skill(reply) if reply.skill_id != 0 => Ok(reply.skill_id),
+                    Response::Skill(reply) => Err(reply.refusal),
+                    _ => Err("the skill manager answered something else".into()),
                 });
                 self.skills.on_reply(now, &id, reply, timeout, &mut self.out.outbox);
             }
@@ -128,10 +128,8 @@ impl World {
                 let (basis, state) = (self.basis(), self.planning_state());
                 let (present, moved_m) = (basis.clone(), self.setup.limits.config.arrival_radius_m.get());
                 let holds = |question: &Question| state.is_some_and(|state| question.holds(&state, &present, moved_m));
-                let approval = ApprovalPolicy {
-                    plans: self.setup.limits.config.plan_approval,
-                    limit: self.setup.limits.config.plan_approval_limit_s.seconds(),
-                };
+                let Config { plan_approval, plan_approval_limit_s, .. } = self.setup.limits.config;
+                let approval = (plan_approval, plan_approval_limit_s.seconds());
                 let reply = plan_reply(result);
                 if let Err(NoAnswer::Invalid(invalid)) = &reply {
                     self.out.outbox.refuse(Service::Replan, invalid);

@@ -250,7 +250,7 @@ impl World {
             monitor: Monitor::default(),
             skills: Skills::new(instance),
             planner: Planner::new(instance),
-            permissions: Permissions::new(vehicle_name, instance),
+            permissions: Permissions::new(vehicle_name, instance, limits),
             mission,
             people: People::default(),
             memory: Memory::default(),

@@ -7,14 +7,11 @@ use domain::measured::Measured;
 /// The source of the introspection's flags.
 pub(super) const MONITOR: &str = "monitor";
 
-/// The monitor has raised a flag, or the flag's condition no longer holds.
+/// The monitor has raised a flag, or the condition of the flag of this name no longer holds.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct FlagNews {
-    pub(super) name: String,
-    pub(super) raised: bool,
-    pub(super) reason: String,
-    /// The value that it was raised by.
-    pub(super) measured: Option<Measured>,
+pub(super) enum FlagNews {
+    Raised(ListedFlag),
+    Fell(String),
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -62,14 +59,13 @@ impl MonitorFlags {
         let Level { up, undecided } = level;
         let listed: BTreeSet<&str> = up.iter().map(|it| &*it.name).collect();
         let fallen = self.0.extract_if(.., |name, _| !listed.contains(&**name) && !undecided.contains(name));
-        let fell = |name| FlagNews { name, raised: false, reason: String::new(), measured: None };
-        let mut news: Vec<_> = fallen.map(|(name, _)| fell(name)).collect();
-        for ListedFlag { name, rise, reason, measured } in up {
-            match self.0.get_mut(&name) {
-                Some(taken) if taken.rise.is_none_or(|it| it == rise) => taken.rise = Some(rise),
+        let mut news: Vec<_> = fallen.map(|(name, _)| FlagNews::Fell(name)).collect();
+        for flag in up {
+            match self.0.get_mut(&flag.name) {
+                Some(taken) if taken.rise.is_none_or(|it| it == flag.rise) => taken.rise = Some(flag.rise),
                 _ => {
-                    self.0.insert(name.clone(), Taken { rise: Some(rise), fell_on_ground: false });
-                    news.push(FlagNews { name, raised: true, reason, measured });
+                    self.0.insert(flag.name.clone(), Taken { rise: Some(flag.rise), fell_on_ground: false });
+                    news.push(FlagNews::Raised(flag));
                 }
             }
         }
@@ -131,7 +127,7 @@ mod tests {
                 NextFlight(is_up) => flags.next_flight(|_| is_up),
             }
         }
-        let raised: Vec<bool> = news.iter().map(|it| it.raised).collect();
+        let raised: Vec<bool> = news.iter().map(|it| matches!(it, FlagNews::Raised(_))).collect();
         assert_eq!(raised, expected);
     }
 

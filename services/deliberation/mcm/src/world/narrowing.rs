@@ -15,7 +15,7 @@ use crate::decide::Awaited;
 use crate::journal::{Cause, Said};
 
 /// A vehicle that is slower over ground rests. (ENG: it stops within a quarter of a metre.)
-const MOVES_M_S: f64 = 1.0;
+pub(super) const MOVES_M_S: f64 = 1.0;
 
 /// What a step waits for, while flags forbid the rest of it.
 #[derive(Debug, Clone, PartialEq, Eq)]

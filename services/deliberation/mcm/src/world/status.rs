@@ -148,7 +148,7 @@ impl World {
             progress: self.told_progress(),
             mission_time_s: Some(self.mission.clock.seconds(self.now.time.as_secs_f64())),
             began_utc_ms: self.mission.clock.began_utc_ms(),
-            awaited: self.permissions.awaited(self.now.time, &self.setup.limits),
+            awaited: self.permissions.awaited(self.now.time),
             told: Some(self.monitor.told.to_wire(self.now.time)),
             uninspected_crash: headline.uninspected_crash.clone(),
             entered_without_permission: headline.entered.clone(),

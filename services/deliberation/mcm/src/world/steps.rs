@@ -99,27 +99,27 @@ impl World {
     /// nothing comes.
     pub(crate) fn ask_permission(&mut self, need: &PermissionNeed) -> Time {
         let look_again = self.now.time + self.setup.limits.permission_answer;
-        let is_taken_over = self.permissions.take_over(need, self.now.time, &self.setup.limits);
+        let is_taken_over = self.permissions.take_over(need, self.now.time);
         let has_step = self.planner.flight.step().is_some();
-        if is_taken_over || !has_step || self.permissions.meets(need, self.now.time, &self.setup.limits) {
+        if is_taken_over || !has_step || self.permissions.meets(need, self.now.time) {
             return look_again;
         }
         let said = Said::new("permission", DecisionKind::PermissionAsked, format!("asking for area {}", need.area));
         self.record(said.about_area(&need.area));
         let by = self.needed_by();
-        self.permissions.ask(self.now.time, &need.area, by, &self.setup.limits, &mut self.out.outbox);
+        self.permissions.ask(self.now.time, &need.area, by, &mut self.out.outbox);
         look_again
     }
 
     /// Asks for a permission that a later step needs, unless it is held.
     pub(crate) fn ask_permission_ahead(&mut self, need: &PermissionNeed) {
-        if self.permissions.meets(need, self.now.time, &self.setup.limits) {
+        if self.permissions.meets(need, self.now.time) {
             return;
         }
         let text = format!("asking for area {} ahead", need.area);
         self.record(Said::new("permission", DecisionKind::PermissionAsked, text).about_area(&need.area));
         let by = self.needed_by();
-        self.permissions.ask_ahead(self.now.time, &need.area, by, &self.setup.limits, &mut self.out.outbox);
+        self.permissions.ask_ahead(self.now.time, &need.area, by, &mut self.out.outbox);
     }
 
     /// A permission that was asked for ahead is denied. The ledger tells of a refusal, which stands for the step that needs the
@@ -137,7 +137,7 @@ impl World {
     }
 
     pub(crate) fn asking(&mut self, need: &PermissionNeed) -> Asking {
-        self.permissions.asking(self.now.time, need, &self.setup.limits, &mut self.out.outbox)
+        self.permissions.asking(self.now.time, need, &mut self.out.outbox)
     }
 
     /// Why `area` was denied.

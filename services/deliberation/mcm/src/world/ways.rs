@@ -120,7 +120,7 @@ impl World {
         let barred = self.needed_for_way(to);
         let by = self.needed_by();
         for area in &barred {
-            if self.permissions.renew(self.now.time, area, by, &self.setup.limits, &mut self.out.outbox) {
+            if self.permissions.renew(self.now.time, area, by, &mut self.out.outbox) {
                 let text = format!("asking for area {area}, which the only way leads through");
                 let said = Said::new("permission", DecisionKind::PermissionAsked, text);
                 self.record(said.about_area(area).led_to_by(Cause::Response));

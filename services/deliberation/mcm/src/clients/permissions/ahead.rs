@@ -5,20 +5,19 @@ use domain::plan::{DenialKind, PermissionNeed, StepId};
 use domain::time::Time;
 
 use super::{PermissionRequest, Permissions};
-use crate::config::Limits;
 use crate::outbox::Outbox;
 
 impl Permissions {
     /// Asks for a permission that a later step needs, unless a request is under way already.
-    pub(crate) fn ask_ahead(&mut self, now: Time, area: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) {
+    pub(crate) fn ask_ahead(&mut self, now: Time, area: &str, by: StepId, outbox: &mut Outbox) {
         self.asked_ahead.insert(area.to_owned());
-        self.ask(now, area, by, limits, outbox);
+        self.ask(now, area, by, outbox);
     }
 
     /// The step that needs a permission begins: whether it was asked for ahead, so that the answer, or the rest of the wait for
     /// it, counts for this step. Otherwise it is to be asked for now, unless it is held: a grant that is too short by now, or
     /// silence until the last try, does not count.
-    pub(crate) fn take_over(&mut self, need: &PermissionNeed, now: Time, limits: &Limits) -> bool {
+    pub(crate) fn take_over(&mut self, need: &PermissionNeed, now: Time) -> bool {
         if !self.asked_ahead.remove(&need.area) {
             return false;
         }
@@ -31,7 +30,7 @@ impl Permissions {
             Some(PermissionRequest::Denied(denial)) => denial.kind == DenialKind::Refused,
             None => false,
         };
-        let goes_on = counts && !self.meets(need, now, limits);
+        let goes_on = counts && !self.meets(need, now);
         if !goes_on {
             self.requests.remove(&need.area);
         }

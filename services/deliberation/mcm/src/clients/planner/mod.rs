@@ -39,21 +39,12 @@ pub(crate) const ALL_SETTLED: &str = "every objective is settled";
 pub(crate) enum NoAnswer {
     #[error("{0}")]
     Call(#[from] CallError),
-    /// The reply made no sense.
     #[error("gave an invalid answer: {0}")]
     Invalid(#[from] InvalidMessage),
-    /// The reply contradicts itself.
     #[error("answered that {0}")]
     Contradicts(String),
     #[error("refused the request: {0}")]
     Refused(String),
-}
-
-/// Which plans wait for approval, and for how long.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct ApprovalPolicy {
-    pub(crate) plans: PlanApproval,
-    pub(crate) limit: Duration,
 }
 
 /// What tells the mission and its plan from those of before.
@@ -242,7 +233,7 @@ impl Planner {
     }
 
     /// The answer to a request for a plan; returns what it means, with its kind. One to a repeated question is for the past, and counts
-    /// only if `holds` says that nothing has changed since.
+    /// only if `holds` says that nothing has changed since. `approval`: which plans wait for it, and the limit of that wait.
     pub(crate) fn on_plan(
         &mut self,
         now: Time,
@@ -250,7 +241,7 @@ impl Planner {
         reply: Result<Answered, NoAnswer>,
         patience: Duration,
         (basis, holds): (Basis, impl FnOnce(&Question) -> bool),
-        approval: ApprovalPolicy,
+        approval: (PlanApproval, Duration),
     ) -> Option<(DecisionKind, String)> {
         let question = self.request.awaits(request_id)?;
         let is_outdated = question.is_repeated && !holds(question);
@@ -304,7 +295,7 @@ impl Planner {
         course: Course,
         flown: usize,
         basis: Basis,
-        approval: ApprovalPolicy,
+        approval: (PlanApproval, Duration),
     ) -> (DecisionKind, String) {
         self.mission.go_on(course, flown);
         self.flight.on(FlightEvent::Heard);
@@ -313,8 +304,8 @@ impl Planner {
             PlanReply::Plan(plan) => {
                 let steps = plan.steps.iter().map(|step| step.text.as_str()).collect::<Vec<_>>().join("; ");
                 let words = format!("plan {}: {steps}", plan.revision);
-                if self.needs_approval(&plan, approval.plans) {
-                    self.request.on(RequestEvent::Proposed(Box::new(plan), now + approval.limit));
+                if self.needs_approval(&plan, approval.0) {
+                    self.request.on(RequestEvent::Proposed(Box::new(plan), now + approval.1));
                     return (DecisionKind::PlanProposed, format!("{words}; waits for approval"));
                 }
                 self.adopt(plan);

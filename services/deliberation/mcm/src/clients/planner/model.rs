@@ -170,7 +170,7 @@ impl Client {
         let version = self.planner.mission.version();
         let before = format!("{:?}", self.planner);
         let basis = Basis { revision: 0, held: Vec::new(), areas_id: String::new() };
-        let policy = ApprovalPolicy { plans: self.approval, limit: SECOND };
+        let policy = (self.approval, SECOND);
         let said = self.planner.on_plan(self.now, &id, reply, SECOND, (basis, |_: &Question| holds), policy);
         if !is_awaited {
             assert!(
