@@ -36,6 +36,7 @@ pub(crate) enum Beyond {
 }
 
 impl Beyond {
+    /// The areas that are entered without permission.
     pub(crate) fn areas(&self) -> impl Iterator<Item = &String> {
         let areas = match self {
             Beyond::Into(areas) => Some(areas),

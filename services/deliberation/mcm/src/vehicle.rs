@@ -59,19 +59,14 @@ pub(crate) struct Heard {
 }
 
 /// Whether the vehicle flies, by the rule that all processes share.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct FlightJudge {
     state: FlightState,
-    pace: Pace,
     frame_epoch: Option<u64>,
     pre_emption: PreEmption,
 }
 
 impl FlightJudge {
-    pub(crate) fn new(pace: Pace) -> FlightJudge {
-        FlightJudge { state: FlightState::default(), pace, frame_epoch: None, pre_emption: PreEmption::default() }
-    }
-
     /// The autopilot has pre-empted what was asked for, for a reason of its own.
     pub(crate) fn remember_pre_emption(&mut self) {
         self.pre_emption = PreEmption::remembered();
@@ -145,7 +140,7 @@ impl Vehicle {
     pub(crate) fn from_wire(
         now: Time,
         introspection: &v1::Introspection,
-        judge: &mut FlightJudge,
+        (judge, pace): (&mut FlightJudge, Pace),
     ) -> Result<Option<Vehicle>, InvalidMessage> {
         let v1::Introspection { status: Some(status), local_position: Some(place), land_detected, ages, .. } =
             introspection
@@ -177,7 +172,7 @@ impl Vehicle {
         let position = (age("ages.local_position_s", ages.local_position_s)?, place);
         let landed_age = age("ages.land_detected_s", ages.land_detected_s)?;
         let landed = land_detected.as_ref().map(|it| (landed_age, it.landed));
-        judge.state.update(now, Evidence::new(judge.pace, Some((status_age, motors)), Some(position), landed));
+        judge.state.update(now, Evidence::new(pace, Some((status_age, motors)), Some(position), landed));
         let Some(flying) = judge.state.flying() else { return Ok(None) };
         Ok(Some(Vehicle {
             position: place.position,

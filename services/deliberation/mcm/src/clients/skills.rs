@@ -22,8 +22,9 @@ const CANCEL_PAUSE: Duration = Duration::from_millis(500);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Handle(u64);
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Sending {
+    /// Somebody else flies: nothing is asked for.
     pub(crate) quietly: bool,
     /// An operator has ordered to take control back.
     pub(crate) takes_control: bool,
@@ -93,7 +94,7 @@ impl Entry {
 /// How often a request without an answer is sent; its id makes repetitions harmless.
 const TRIES: u32 = 3;
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Skills {
     /// Makes request ids unique among starts of this process.
     instance: u64,
@@ -107,8 +108,7 @@ pub(crate) struct Skills {
 
 impl Skills {
     pub(crate) fn new(instance: u64) -> Skills {
-        let sending = Sending { quietly: false, takes_control: false };
-        Skills { instance, entries: Vec::new(), last: 0, asked_at: Time::ZERO, distance_left_m: 0.0, sending }
+        Skills { instance, ..Skills::default() }
     }
 
     pub(crate) fn start(&mut self, now: Time, goal: Goal) -> Handle {

@@ -41,7 +41,8 @@ impl World {
         match message {
             Message::Introspection(mut introspection) => {
                 self.monitor.spoke = Some(now);
-                let vehicle = Vehicle::from_wire(now, &introspection, &mut self.seen.flight);
+                let judge = (&mut self.seen.flight, self.setup.limits.pace);
+                let vehicle = Vehicle::from_wire(now, &introspection, judge);
                 let traffic = self.seen.traffic.hear(&mut introspection);
                 self.monitor.told.hear(&introspection, now);
                 let flags = std::mem::take(&mut introspection.flags).into_iter();

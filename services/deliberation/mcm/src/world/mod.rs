@@ -133,6 +133,7 @@ struct Monitor {
     spoke: Option<Time>,
 }
 
+#[derive(Default)]
 struct Seen {
     /// As it was heard last.
     vehicle: Option<Vehicle>,
@@ -236,16 +237,7 @@ impl World {
         World {
             now: Now::default(),
             flags: Flags::of(&table),
-            seen: Seen {
-                vehicle: None,
-                flight: FlightJudge::new(limits.pace),
-                confirmed: ConfirmedState::default(),
-                consumption: Consumption::default(),
-                traffic: SeenTraffic::default(),
-                flies: None,
-                armed_on_ground_since: None,
-                at_rest_since: None,
-            },
+            seen: Seen::default(),
             setup: Setup { limits, table: Arc::new(table), library },
             monitor: Monitor::default(),
             skills: Skills::new(instance),

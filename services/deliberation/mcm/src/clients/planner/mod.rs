@@ -63,7 +63,7 @@ pub(crate) struct Viewpoint {
 }
 
 /// The mission and the planner's client.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Planner {
     /// Makes request ids unique among starts of this process.
     pub(crate) instance: u64,
@@ -80,16 +80,7 @@ pub(crate) struct Planner {
 
 impl Planner {
     pub(crate) fn new(instance: u64) -> Planner {
-        Planner {
-            instance,
-            last_request: 0,
-            mission: FlownMission::default(),
-            flight: Flight::default(),
-            request: PlanRequest::default(),
-            pauses: Pauses::default(),
-            hold: String::new(),
-            planned_from: None,
-        }
+        Planner { instance, ..Planner::default() }
     }
 
     /// Whether a step after the present one releases the load.
