@@ -6,7 +6,7 @@ use domain::mission::Progress;
 use domain::plan::Step;
 use domain::quantity::Fraction;
 use domain::skill::Goal;
-use domain::state::{State, Tolerance};
+use domain::state::State;
 
 use crate::actions::time_s;
 use crate::back_chaining;
@@ -46,7 +46,7 @@ impl Judge<'_> {
 
     /// Straight from `from` to `to`, takeoff and landing included.
     pub(crate) fn hop(&self, from: &State, to: &State) -> Hop {
-        let links = back_chaining::chain(from, to, self.tolerance(), self.config).unwrap_or_default();
+        let links = back_chaining::chain(from, to, self.config.tolerance(), self.config).unwrap_or_default();
         links.iter().fold(Hop::default(), |hop, link| {
             let goal = link.action.parameters(&link.from, &link.to, self.config).goal;
             let (from, to) = (link.from.position, link.to.position);
@@ -68,10 +68,6 @@ impl Judge<'_> {
     /// Straight from `from` to the take-off point, landed there.
     pub(crate) fn home(&self, from: &State) -> Hop {
         self.hop(from, &State::new(Ned::default(), false))
-    }
-
-    fn tolerance(&self) -> Tolerance {
-        self.config.tolerance()
     }
 
     fn piece_wh(&self, goal: &Goal, from: Ned, to: Ned, time_s: f64) -> f64 {

@@ -13,6 +13,7 @@ use domain::mission::bounds::{MOST_AREAS, MOST_CORNERS};
 use domain::state::State;
 use domain::time::Now;
 
+use crate::mission_planner::MissionPlanner;
 use crate::mission_planner::origin::{Misfit, misfit};
 use crate::mission_request::Reply;
 
@@ -22,88 +23,73 @@ pub(crate) type Closed = BTreeMap<String, u64>;
 /// Places that differ by no more are the same, in metres. (The page writes a mission to a centimetre.)
 const SAME_M: f64 = 0.01;
 
-/// The areas of the present mission that another one does not leave out.
-pub(crate) struct LastingAreas<'a> {
-    /// The mission whose areas apply now.
-    pub(crate) present: &'a Mission,
-    /// What the tower has closed.
-    pub(crate) closed: &'a Closed,
-    /// How far apart two origins may be that count as one, in metres.
-    pub(crate) origin_tolerance_m: f64,
+/// `mission` with the areas of the present one that stay whatever it lists, and a sentence about those that it does not list. `is_renewed`:
+/// a data set of the present mission is replaced.
+pub(crate) fn with_lasting_areas(
+    planner: &MissionPlanner,
+    closed: &Closed,
+    mut mission: Mission,
+    is_renewed: impl Fn(&Feed) -> bool,
+) -> Result<(Mission, Option<String>), Reply> {
+    let listed: BTreeMap<String, usize> =
+        mission.areas.iter().enumerate().map(|(index, it)| (it.name.clone(), index)).collect();
+    let data_sets = planner.mission().feeds.iter().filter(|it| it.is_data_set());
+    let of_data_sets: BTreeMap<&str, &Feed> =
+        data_sets.flat_map(|feed| feed.areas.iter().map(move |it| (it.as_str(), feed))).collect();
+    // Its edition is the latest decision.
+    let edition = closed.values().max().and_then(|it| i64::try_from(*it).ok());
+    let tower = Feed { name: TOWER.into(), issued_utc_ms: edition, ..Feed::default() };
+    let (mut sources, mut added) = (BTreeMap::new(), Vec::new());
+    for area in areas(planner, &mission) {
+        let at = listed.get(&area.name);
+        let source = match of_data_sets.get(area.name.as_str()) {
+            Some(feed) if !is_renewed(feed) => *feed,
+            // The data set says itself where it is.
+            Some(_) if at.is_some() => continue,
+            _ if closed.contains_key(&area.name) => &tower,
+            _ => continue,
+        };
+        let feed = sources.entry(&source.name).or_insert_with(|| Feed { areas: Vec::new(), ..source.clone() });
+        feed.areas.push(area.name.clone());
+        match at {
+            None => {
+                added.push(area.name.clone());
+                mission.areas.push(area);
+            }
+            Some(at) if is_same(&mission.areas[*at], &area) => mission.areas[*at] = area,
+            Some(_) => {
+                let feed = format!("feed `{}`", source.name);
+                let of = if source.is_data_set() { &feed } else { "the control tower" };
+                let name = &area.name;
+                return Err(Reply::new(format!(
+                    "area `{name}` is another one than that of {of}: leave it as it is, or give it another name"
+                )));
+            }
+        }
+    }
+    for mut feed in sources.into_values() {
+        match mission.feeds.iter_mut().find(|it| it.name == feed.name) {
+            Some(listed) => {
+                let stay: BTreeSet<String> = feed.areas.iter().cloned().collect();
+                feed.areas.extend(listed.areas.drain(..).filter(|it| !stay.contains(it)));
+                *listed = feed;
+            }
+            None => mission.feeds.push(feed),
+        }
+    }
+    within_bounds(&mission)?;
+    Ok((mission, in_words(&added)))
 }
 
-impl LastingAreas<'_> {
-    /// `mission` with the areas that stay, and a sentence about those that it does not list. `is_renewed`: a data set of the present
-    /// mission is replaced.
-    pub(crate) fn with(
-        &self,
-        mut mission: Mission,
-        is_renewed: impl Fn(&Feed) -> bool,
-    ) -> Result<(Mission, Option<String>), Reply> {
-        let listed: BTreeMap<String, usize> =
-            mission.areas.iter().enumerate().map(|(index, it)| (it.name.clone(), index)).collect();
-        let data_sets = self.present.feeds.iter().filter(|it| it.is_data_set());
-        let of_data_sets: BTreeMap<&str, &Feed> =
-            data_sets.flat_map(|feed| feed.areas.iter().map(move |it| (it.as_str(), feed))).collect();
-        // Its edition is the latest decision.
-        let edition = self.closed.values().max().and_then(|it| i64::try_from(*it).ok());
-        let tower = Feed { name: TOWER.into(), issued_utc_ms: edition, ..Feed::default() };
-        let (mut sources, mut added) = (BTreeMap::new(), Vec::new());
-        for area in self.areas(&mission) {
-            let at = listed.get(&area.name);
-            let source = match of_data_sets.get(area.name.as_str()) {
-                Some(feed) if !is_renewed(feed) => *feed,
-                // The data set says itself where it is.
-                Some(_) if at.is_some() => continue,
-                _ if self.closed.contains_key(&area.name) => &tower,
-                _ => continue,
-            };
-            let feed = sources.entry(&source.name).or_insert_with(|| Feed { areas: Vec::new(), ..source.clone() });
-            feed.areas.push(area.name.clone());
-            match at {
-                None => {
-                    added.push(area.name.clone());
-                    mission.areas.push(area);
-                }
-                Some(at) if is_same(&mission.areas[*at], &area) => mission.areas[*at] = area,
-                Some(_) => {
-                    let feed = format!("feed `{}`", source.name);
-                    let of = if source.is_data_set() { &feed } else { "the control tower" };
-                    let name = &area.name;
-                    return Err(Reply::new(format!(
-                        "area `{name}` is another one than that of {of}: leave it as it is, or give it another name"
-                    )));
-                }
-            }
-        }
-        for mut feed in sources.into_values() {
-            match mission.feeds.iter_mut().find(|it| it.name == feed.name) {
-                Some(listed) => {
-                    let stay: BTreeSet<String> = feed.areas.iter().cloned().collect();
-                    feed.areas.extend(listed.areas.drain(..).filter(|it| !stay.contains(it)));
-                    *listed = feed;
-                }
-                None => mission.feeds.push(feed),
-            }
-        }
-        within_bounds(&mission)?;
-        Ok((mission, in_words(&added)))
-    }
-
-    /// The present areas, in the local frame of `mission`.
-    fn areas(&self, mission: &Mission) -> Vec<Area> {
-        let (before, after) = (self.present.origin, mission.origin);
-        let areas = self.present.areas.iter().cloned();
-        let Some(Misfit::Elsewhere { mission: from, vehicle: to, .. }) = misfit(before, after, self.origin_tolerance_m)
-        else {
-            return areas.collect();
-        };
-        let (from, to) = (LocalFrame::at(from), LocalFrame::at(to));
-        let moved = |ring: &Vec<Ned>| ring.iter().map(|it| to.local(from.lat_lon(*it))).collect();
-        areas
-            .map(|it| Area { corners: moved(&it.corners), holes: it.holes.iter().map(moved).collect(), ..it })
-            .collect()
-    }
+/// The present areas, in the local frame of `mission`.
+fn areas(planner: &MissionPlanner, mission: &Mission) -> Vec<Area> {
+    let areas = planner.mission().areas.iter().cloned();
+    let tolerance_m = planner.judge().config.origin_tolerance_m.get();
+    let apart = misfit(planner.mission().origin, mission.origin, tolerance_m);
+    let Some(Misfit::Elsewhere { mission: from, vehicle: to, .. }) = apart else { return areas.collect() };
+    let (from, to) = (LocalFrame::at(from), LocalFrame::at(to));
+    let moved = |ring: &Vec<Ned>| ring.iter().map(|it| to.local(from.lat_lon(*it))).collect();
+    areas.map(|it| Area { corners: moved(&it.corners), holes: it.holes.iter().map(moved).collect(), ..it }).collect()
 }
 
 /// A sentence about areas that a mission does not list, if there are any.

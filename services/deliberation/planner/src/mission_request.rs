@@ -17,7 +17,7 @@ use domain::time::Now;
 
 use crate::alternates::with_alternates;
 use crate::forecast::{MissionForecast, words_of};
-use crate::lasting_areas::{Closed, added_over_the_vehicle};
+use crate::lasting_areas::{Closed, added_over_the_vehicle, with_lasting_areas};
 use crate::mission_planner::MissionPlanner;
 use crate::mission_planner::origin::Misfit;
 use crate::new_airspace;
@@ -149,7 +149,7 @@ fn try_out(
     }
     let is_renewed = |old: &&Feed| mission.feeds.iter().any(|it| it.renews(old, now.utc_ms));
     let renewed: Vec<Feed> = planner.mission().feeds.iter().filter(is_renewed).cloned().collect();
-    let (mission, stays) = planner.lasting_areas(closed).with(mission, |feed| renewed.contains(feed))?;
+    let (mission, stays) = with_lasting_areas(planner, closed, mission, |feed| renewed.contains(feed))?;
     let over = added_over_the_vehicle(planner.mission(), &mission, state, now);
     if let Some((_, words)) = over.iter().find(|(of_data_set, _)| !of_data_set) {
         return Err(Reply::new(format!("{words}: fly it out first, or leave the area out")));

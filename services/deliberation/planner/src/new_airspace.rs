@@ -8,7 +8,7 @@ use domain::mission::{Mission, unfit_landing_site};
 use domain::state::State;
 use domain::time::Now;
 
-use crate::lasting_areas::{Closed, added_over_the_vehicle};
+use crate::lasting_areas::{Closed, added_over_the_vehicle, with_lasting_areas};
 use crate::mission_planner::MissionPlanner;
 use crate::mission_request::{Reply, judged, mistakes_in_text, source};
 
@@ -23,7 +23,7 @@ pub(crate) fn adopt(
 ) -> Result<Reply, Reply> {
     let airspace = Airspace::read(&source(text)?).map_err(mistakes_in_text)?;
     let mission = with_airspace(planner.rest_of_mission(), airspace)?;
-    let (mission, stays) = planner.lasting_areas(closed).with(mission, |_| true)?;
+    let (mission, stays) = with_lasting_areas(planner, closed, mission, |_| true)?;
     let last = mission.objectives.len().saturating_sub(1);
     let mut objectives = mission.objectives.iter().enumerate();
     if let Some(why) = objectives.find_map(|(index, it)| mission.unfit_place(it, index == last)) {

@@ -59,13 +59,12 @@ impl World {
             Some(Verb::Inspected(_)) => ("inspected", self.inspected()),
             Some(Verb::DecidePlan(request)) => ("decide about the plan", self.decide(request, &by)),
         };
-        let reply = match result {
-            Ok(text) => v1::OperatorReply { done: true, text },
-            Err(text) => v1::OperatorReply { done: false, text },
-        };
-        let outcome = if reply.done { "" } else { "refused: " };
-        let kind = if reply.done { DecisionKind::OrderAccepted } else { DecisionKind::OrderRefused };
-        self.record(Said::new("operator", kind, format!("{by}: {name}: {outcome}{}", reply.text)));
+        let done = result.is_ok();
+        let text = result.unwrap_or_else(|refusal| refusal);
+        let (kind, outcome) =
+            if done { (DecisionKind::OrderAccepted, "") } else { (DecisionKind::OrderRefused, "refused: ") };
+        self.record(Said::new("operator", kind, format!("{by}: {name}: {outcome}{text}")));
+        let reply = v1::OperatorReply { done, text };
         if !request_id.is_empty() {
             self.people.operator.answers.remember(request_id, reply.clone());
         }
@@ -345,12 +344,8 @@ impl World {
 
     /// What the row of `flag` does if its first action fails.
     fn what_follows(&self, flag: &str) -> String {
-        let actions = self
-            .setup
-            .table
-            .row(flag)
-            .map(|row| row.actions.iter().skip(1).map(|it| it.tree.as_str()).collect::<Vec<_>>());
-        actions.unwrap_or_default().join(", else ")
+        let actions = self.setup.table.row(flag).into_iter().flat_map(|row| row.actions.iter().skip(1));
+        actions.map(|it| it.tree.as_str()).collect::<Vec<_>>().join(", else ")
     }
 
     fn what_it_does(&self, row: usize) -> String {

@@ -65,9 +65,9 @@ impl World {
             }
             Verdict::Refuse => {
                 let text = format!("plan {revision} refused: {why}");
-                self.record(Said::new("plan", DecisionKind::PlanRejected, text));
+                self.record(Said::new("plan", DecisionKind::PlanRejected, text.clone()));
                 self.planner.discard_proposal();
-                self.raise(OPERATOR_PAUSE, SOURCE, format!("plan {revision} refused: {why}"));
+                self.raise(OPERATOR_PAUSE, SOURCE, text);
             }
         }
     }

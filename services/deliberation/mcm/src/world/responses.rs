@@ -232,10 +232,11 @@ impl World {
         self.record(said.rejecting(given_up.into_iter().collect()));
     }
 
-    /// The response to the flag of `row` has ended. Takes the flag down if its row says so.
-    pub(crate) fn reset_flag(&mut self, row: usize) -> Reset {
-        let name = self.flags.name(row).clone();
-        let (row, Some(flag)) = (&self.setup.table.rows()[row], self.flags.get(&name)) else { return Reset::Down };
+    /// The response to the flag of this row has ended. Takes the flag down if the row says so.
+    pub(crate) fn reset_flag(&mut self, number: usize) -> Reset {
+        let (row, Some(flag)) = (&self.setup.table.rows()[number], self.flags.of_row(number)) else {
+            return Reset::Down;
+        };
         let may_fall = match row.clears {
             Clears::AfterAction => true,
             Clears::WithCondition => !flag.holds(),
@@ -248,22 +249,21 @@ impl World {
             let is_late = brings_down && is_flying && TOUCHDOWN_LIMIT <= now - flown;
             return if is_late { Reset::StillInAir } else { Reset::Awaited };
         }
-        self.flag_answered(&name);
+        self.flag_answered(number);
         Reset::Down
     }
 
     /// Takes down the flag whose response has ended, and ends the mission if its row does.
-    fn flag_answered(&mut self, name: &str) {
-        let (Some(number), Some(flag)) = (self.flags.number(name), self.flags.get(name)) else { return };
+    fn flag_answered(&mut self, number: usize) {
+        let Some(flag) = self.flags.of_row(number) else { return };
         let then = self.setup.table.rows()[number].then;
-        let reason = format!("`{name}`: {}{}", flag.reason, self.where_it_came_down(number));
-        self.lower(name);
+        let reason = format!("`{}`: {}{}", self.flags.name(number), flag.reason, self.where_it_came_down(number));
         match then {
             Then::Resume => {}
             Then::EndMission => self.end_mission(MissionOutcome::Emergency, reason),
             Then::Crashed => self.end_mission(MissionOutcome::Crash, reason),
         }
-        self.record(cleared(number, format!("`{name}` is over")).ending_mission(then != Then::Resume));
+        self.clear(number, "", then != Then::Resume);
     }
 
     /// Where the vehicle stands instead, if it did not come to the place to which the response of this row flies.
@@ -280,6 +280,16 @@ impl World {
         if away_m < SAME_SITE_M { String::new() } else { format!("; came down {away_m:.0} m from {words}") }
     }
 
+    /// Takes the flag of `row` down, and records it.
+    fn clear(&mut self, row: usize, why: &str, ends_mission: bool) {
+        let name = self.flags.name(row).clone();
+        self.lower(&name);
+        let text = format!("`{name}` is over{why}");
+        let said =
+            Said::new(CONTINGENCY, DecisionKind::ContingencyCleared, text).about(row).led_to_by(Cause::Case(row));
+        self.record(said.ending_mission(ends_mission));
+    }
+
     /// Takes a flag down, independent of its row.
     pub(super) fn lower(&mut self, name: &str) {
         self.flags.lower(name);
@@ -292,9 +302,7 @@ impl World {
             |row: usize| self.setup.table.rows()[row].clears == Clears::WithCondition && !self.is_under_way(row);
         let gone = self.flags.up().filter(|(row, flag)| !flag.holds() && waits(*row)).map(|(row, _)| row);
         for row in gone.collect::<Vec<_>>() {
-            let name = self.flags.name(row).clone();
-            self.lower(&name);
-            self.record(cleared(row, format!("`{name}` is over: what raised it is gone")));
+            self.clear(row, ": what raised it is gone", false);
         }
     }
 
@@ -307,14 +315,11 @@ impl World {
         let is_ordered = |row: &usize| is_order(self.flags.name(*row)) && then(row) != Then::Resume;
         let ends = || self.next_responder().filter(|row| then(row) != Then::Resume);
         if let Some(row) = crashed.or_else(ends).or_else(|| self.flags.rows_up().find(is_ordered)) {
-            let name = self.flags.name(row).clone();
-            self.flag_answered(&name);
+            self.flag_answered(row);
         }
         for row in self.flags.rows_up().filter(|row| !self.stays_up_on_ground(*row)).collect::<Vec<_>>() {
-            let name = self.flags.name(row).clone();
-            self.lower(&name);
-            self.monitor.listed.fell_on_ground(&name);
-            self.record(cleared(row, format!("`{name}` is over: the vehicle is on the ground")));
+            self.monitor.listed.fell_on_ground(self.flags.name(row));
+            self.clear(row, ": the vehicle is on the ground", false);
         }
         if self.mission.over.is_some() {
             // Flags that are still up are reported, and no longer answered.
@@ -348,8 +353,4 @@ impl World {
             self.record(Said::new(CONTINGENCY, DecisionKind::Note, text).about(row));
         }
     }
-}
-
-fn cleared(row: usize, text: String) -> Said {
-    Said::new(CONTINGENCY, DecisionKind::ContingencyCleared, text).about(row).led_to_by(Cause::Case(row))
 }

@@ -5,7 +5,6 @@ use domain::feed::Feed;
 use domain::mission::Mission;
 
 use super::MissionPlanner;
-use crate::lasting_areas::{Closed, LastingAreas};
 use crate::objectives::Objectives;
 use crate::permissions::Permissions;
 use crate::stuck::Stuck;
@@ -37,11 +36,6 @@ impl MissionPlanner {
         if !is_same {
             self.withdraw_plan();
         }
-    }
-
-    /// The present areas that stay whatever another mission lists.
-    pub(crate) fn lasting_areas<'a>(&'a self, closed: &'a Closed) -> LastingAreas<'a> {
-        LastingAreas { present: &self.mission, closed, origin_tolerance_m: self.config.origin_tolerance_m.get() }
     }
 
     /// What the tower has answered during a flight that is over says nothing of the next one.
