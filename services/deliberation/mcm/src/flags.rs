@@ -100,12 +100,6 @@ impl Flags {
         }
     }
 
-    pub(crate) fn acknowledge(&mut self, name: &str, by: &str) {
-        if let Some(flag) = self.get_mut(name) {
-            flag.acknowledged_by = Some(by.to_owned());
-        }
-    }
-
     pub(crate) fn lower(&mut self, name: &str) {
         self.up.retain(|(row, _)| *self.names[*row] != *name);
     }
@@ -160,7 +154,7 @@ impl Flags {
         self.up.binary_search_by_key(&row, |(row, _)| *row)
     }
 
-    fn get_mut(&mut self, name: &str) -> Option<&mut Flag> {
+    pub(crate) fn get_mut(&mut self, name: &str) -> Option<&mut Flag> {
         let names = &self.names;
         self.up.iter_mut().find(|(row, _)| *names[*row] == *name).map(|(_, flag)| flag)
     }

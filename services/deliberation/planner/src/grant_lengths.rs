@@ -10,14 +10,6 @@ use crate::airspace::{Access, Airspace};
 use crate::config::Config;
 use crate::plan::{flight_time, free_time_to, way_to_keep_free};
 
-/// A permission that would have to hold for longer than it was ever granted.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct TooShort {
-    pub area: String,
-    /// For the mission report.
-    pub reason: String,
-}
-
 /// Sets the length of every permission that `steps` ask for, were the first of them begun now.
 pub(crate) fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
     let mut begins = Duration::ZERO;
@@ -31,15 +23,15 @@ pub(crate) fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
     }
 }
 
-/// The first permission of `steps` that is not granted for long enough, as far as is known.
-pub(crate) fn too_short(steps: &[Step], airspace: &Airspace) -> Option<TooShort> {
+/// The area of the first permission of `steps` that is not granted for long enough, as far as is known, and why, for the mission report.
+pub(crate) fn too_short(steps: &[Step], airspace: &Airspace) -> Option<(String, String)> {
     let needs = steps.iter().flat_map(|step| &step.ask);
     needs.into_iter().find_map(|need| {
         let Access::Ask { at_most: Some(granted), .. } = airspace.zone(&need.area)?.access else { return None };
         (granted < need.lasts).then(|| {
             let (area, granted_s, needed_s) = (&need.area, granted.as_secs(), need.lasts.as_secs());
             let reason = format!("the permission for area {area} holds for {granted_s} s, {needed_s} s are needed");
-            TooShort { area: area.clone(), reason }
+            (area.clone(), reason)
         })
     })
 }

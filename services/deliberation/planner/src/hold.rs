@@ -25,18 +25,14 @@ pub(crate) struct Hold {
     pub outlasts_grant: bool,
 }
 
-/// A step that would ask for an area too early.
-#[derive(Debug, Clone)]
-pub(crate) struct TooEarly {
-    /// Which step of the plan.
-    pub position: usize,
-    /// The hold that avoids it.
-    pub hold: Hold,
-}
-
-/// The first of `steps` that would ask for an area before its back-off is over, if they were begun
-/// `now`. Permission is asked for when a step begins, so only the flight before it counts.
-pub(crate) fn too_early(steps: &[Step], permissions: &Permissions, now: Time, config: &Config) -> Option<TooEarly> {
+/// The place of the first of `steps` that would ask for an area before its back-off is over, if they were begun
+/// `now`, and the hold that avoids it. Permission is asked for when a step begins, so only the flight before it counts.
+pub(crate) fn too_early(
+    steps: &[Step],
+    permissions: &Permissions,
+    now: Time,
+    config: &Config,
+) -> Option<(usize, Hold)> {
     let mut flown = Duration::ZERO;
     for (position, step) in steps.iter().enumerate() {
         for area in step.ask.iter().map(|need| &need.area) {
@@ -45,7 +41,7 @@ pub(crate) fn too_early(steps: &[Step], permissions: &Permissions, now: Time, co
                 let reason = format!("area {area}: {reason}; asked once more");
                 let hold =
                     Hold { area: area.clone(), since: now, wait: back_off - flown, reason, outlasts_grant: false };
-                return Some(TooEarly { position, hold });
+                return Some((position, hold));
             }
         }
         let (from, to) = step.way();

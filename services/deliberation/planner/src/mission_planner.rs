@@ -31,8 +31,8 @@ use crate::coming_back;
 use crate::config::Config;
 use crate::drafting::draft;
 use crate::free_order::Choice;
-use crate::grant_lengths::{self, TooShort};
-use crate::hold::{Hold, TooEarly, too_early, without_asking_at};
+use crate::grant_lengths;
+use crate::hold::{Hold, too_early, without_asking_at};
 use crate::objectives::Objectives;
 use crate::permissions::Permissions;
 use crate::plan::{NEW, flight_time_s, in_words};
@@ -156,10 +156,7 @@ impl MissionPlanner {
         let Question { state, grants: known, failed: failure, denials } = question;
         self.end_hold(now.time);
         self.note_granted(&state);
-        if let Some(answer) = self.answer_to_misfit() {
-            return answer;
-        }
-        if let Some(answer) = self.answer_to_wind() {
+        if let Some(answer) = self.answer_to_misfit().or_else(|| self.answer_to_wind()) {
             return answer;
         }
         if let Some(refusal) = self.begin(&state, now) {
@@ -269,7 +266,7 @@ impl MissionPlanner {
                 continue;
             }
             grant_lengths::set(&mut steps, &airspace, &self.config);
-            if let Some(TooShort { area, reason }) = grant_lengths::too_short(&steps, &airspace) {
+            if let Some((area, reason)) = grant_lengths::too_short(&steps, &airspace) {
                 closures.insert(area, reason);
                 continue;
             }
@@ -285,7 +282,7 @@ impl MissionPlanner {
             }
             asking_ahead::set(&mut steps, &airspace, &self.config);
             let early = too_early(&steps, &self.permissions, now.time, &self.config);
-            let Some(TooEarly { position, hold }) = early else { return self.adopt(steps) };
+            let Some((position, hold)) = early else { return self.adopt(steps) };
             let is_trespassing = state.flying && airspace.is_trespassed(state.position);
             if is_trespassing && steps.first().is_some_and(|it| flight_time_s(it, &self.config) > 0.0) {
                 // Not to be waited for in here: out first, and the rest once there.

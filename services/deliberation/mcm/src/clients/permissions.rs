@@ -347,25 +347,17 @@ impl Permissions {
     }
 
     pub(crate) fn denial(&self, area: &str) -> Option<&Denial> {
-        match self.requests.get(area)? {
-            PermissionRequest::Denied(denial) => Some(denial),
-            PermissionRequest::Sent { .. } => None,
-        }
+        let PermissionRequest::Denied(denial) = self.requests.get(area)? else { return None };
+        Some(denial)
     }
 
     /// The areas that were asked for and not answered yet.
     pub(crate) fn awaited(&self, now: Time) -> Vec<v1::AwaitedPermission> {
         let (answer_s, limit) = (self.limits.permission_answer.as_secs_f64(), f64::from(self.limits.permission_tries));
-        let awaited = |(area, request): (&String, &PermissionRequest)| match request {
-            PermissionRequest::Sent { tries, answer_by, .. } => {
-                let waited_s = f64::from(*tries) * answer_s - (*answer_by - now).as_secs_f64();
-                Some(v1::AwaitedPermission {
-                    area: area.clone(),
-                    waited_s: waited_s.max(0.0),
-                    limit_s: limit * answer_s,
-                })
-            }
-            PermissionRequest::Denied(_) => None,
+        let awaited = |(area, request): (&String, &PermissionRequest)| {
+            let PermissionRequest::Sent { tries, answer_by, .. } = request else { return None };
+            let waited_s = (f64::from(*tries) * answer_s - (*answer_by - now).as_secs_f64()).max(0.0);
+            Some(v1::AwaitedPermission { area: area.clone(), waited_s, limit_s: limit * answer_s })
         };
         self.requests.iter().filter_map(awaited).collect()
     }

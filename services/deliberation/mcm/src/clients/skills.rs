@@ -262,10 +262,8 @@ impl Skills {
     pub(crate) fn deadline(&self, silence: Duration) -> Option<Time> {
         let is_replaced = self.entries.iter().any(|it| it.is_held() && !it.is_over());
         let cancel_again = self.entries.iter().filter(|it| !is_replaced && !it.is_over() && it.skill_id != 0);
-        let cancel_again = cancel_again.filter_map(|it| match it.claim {
-            Claim::CancelAgain { at } => Some(at),
-            Claim::Held | Claim::GivenUp | Claim::Cancelling => None,
-        });
+        let cancel_again =
+            cancel_again.filter_map(|it| if let Claim::CancelAgain { at } = it.claim { Some(at) } else { None });
         cancel_again.chain(self.silent_at(silence)).min()
     }
 

@@ -271,11 +271,11 @@ impl World {
     }
 
     fn acknowledge(&mut self, flag: &str, by: &str) -> Outcome {
-        let Some(raised) = self.flags.get(flag) else { return Err(format!("`{flag}` is not up")) };
+        let Some(raised) = self.flags.get_mut(flag) else { return Err(format!("`{flag}` is not up")) };
         if let Some(other) = &raised.acknowledged_by {
             return Err(format!("{other} has acknowledged `{flag}` already"));
         }
-        self.flags.acknowledge(flag, by);
+        raised.acknowledged_by = Some(by.to_owned());
         Ok(format!("`{flag}` acknowledged"))
     }
 

@@ -171,7 +171,7 @@ fn ends_that_matter<'a>(plan: PlanNow<'a>, now_s: f64) -> Vec<(&'a Area, Duratio
 }
 
 /// The first of these ends, those of areas that come first by `is_first` before others.
-fn first_ends<'a>(mut ends: Vec<(&'a Area, Duration)>, is_first: impl Fn(&Area) -> bool) -> Vec<(&'a Area, Duration)> {
+fn first_ends(mut ends: Vec<(&Area, Duration)>, is_first: impl Fn(&Area) -> bool) -> Vec<(&Area, Duration)> {
     ends.sort_by_cached_key(|&(area, left)| (!is_first(area), left));
     // One moment is tried once, however many areas end then.
     ends.dedup_by_key(|it| it.1);

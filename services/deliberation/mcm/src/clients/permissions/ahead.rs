@@ -50,10 +50,7 @@ impl Permissions {
     /// Denials from before a step do not count for it, but those of what was asked for ahead.
     pub(crate) fn forget_old_denials(&mut self) {
         let ahead = &self.asked_ahead;
-        self.requests.retain(|area, request| match request {
-            PermissionRequest::Sent { .. } => true,
-            PermissionRequest::Denied(_) => ahead.contains(area),
-        });
+        self.requests.retain(|area, it| matches!(it, PermissionRequest::Sent { .. }) || ahead.contains(area));
     }
 
     /// The plan is not flown any more: no step will take over what was asked for ahead. A late grant still counts.
