@@ -57,7 +57,10 @@ fn lines(permissions: &Value, stale: bool) -> String {
             text(&it["area"]).to_owned(),
             word(&it["state"], "PERMISSION_STATE_") + if stale { " (stale)" } else { "" },
             seconds.map_or_else(|| "-".to_owned(), |it| format!("{it:.0} s")),
-            text(&it["reason"]).to_owned(),
+            match text(&it["enteredBecause"]) {
+                "-" => text(&it["reason"]).to_owned(),
+                why => format!("entered without permission: {why}"),
+            },
         ]);
     }
     table(lines)
@@ -77,12 +80,14 @@ mod tests {
             &json!([
                 { "area": "A", "state": "PERMISSION_STATE_GRANTED", "validForS": 899.6, "reason": "" },
                 { "area": "B", "state": "PERMISSION_STATE_DENIED", "validForS": 0.0, "reason": "fog" },
+                { "area": "C", "state": "PERMISSION_STATE_REQUESTED", "validForS": 0.0, "enteredBecause": "people below" },
             ]),
             false,
         );
         assert_eq!(
             found,
-            "AREA  STATE    VALID FOR  REASON\nA     granted  900 s      -\nB     denied   -          fog"
+            "AREA  STATE      VALID FOR  REASON\nA     granted    900 s      -\nB     denied     -          fog\n\
+             C     requested  -          entered without permission: people below"
         );
     }
 }

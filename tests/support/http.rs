@@ -58,12 +58,21 @@ impl Http {
     /// to do that may take longer than what the order is for.
     #[track_caller]
     pub fn order(&self, path: &str, body: &str) {
+        let answer = answer(&mut self.ask(path, body));
+        assert_eq!(answer.status, 200, "{path}: {}", String::from_utf8_lossy(&answer.body));
+    }
+
+    /// Sends an order. Its answer comes on the connection, unless the system ends by it first.
+    #[track_caller]
+    pub fn ask(&self, path: &str, body: &str) -> TcpStream {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         let key = NUMBER.fetch_add(1, Ordering::Relaxed);
         let of_body = format!("Content-Type: application/json\r\nContent-Length: {}\r\n", body.len());
         let head = self.head("POST", path, &format!("Idempotency-Key: story-{key}\r\n{of_body}"));
-        let answer = self.send(&(head + body));
-        assert_eq!(answer.status, 200, "{path}: {}", String::from_utf8_lossy(&answer.body));
+        let mut stream = self.connect();
+        // A gateway that refuses stops reading.
+        let _ = stream.write_all((head + body).as_bytes());
+        stream
     }
 
     /// Sends a request as it stands and reads the answer to its end.

@@ -16,7 +16,7 @@ use node::Answers;
 use crate::numbers::Numbers;
 use crate::permission::{self, By, Expiry, Next, NotGranted, Ruling, Standing};
 use crate::policy::Answer;
-use crate::texts::{MAX_AREA_BYTES, MAX_FLIGHT_BYTES, MAX_REASON_BYTES, MAX_REQUEST_ID_BYTES};
+use crate::texts::{MAX_AREA_BYTES, MAX_FLIGHT_BYTES, MAX_REASON_BYTES, MAX_REQUEST_ID_BYTES, shortened};
 
 mod parts;
 
@@ -69,6 +69,8 @@ pub(crate) struct Line {
     /// The flight, and where the area is, as requested last; empty and `None` as long as only people have decided.
     pub(crate) flight: String,
     pub(crate) extent: Option<Extent>,
+    /// Why the vehicle entered without permission; empty: it asked last, and waits for the answer.
+    pub(crate) entered_because: String,
 }
 
 /// Why a request or a ruling was refused.
@@ -161,6 +163,7 @@ impl Ledger {
         line.take(permission::on_request(before, now.time, fresh, answer), || numbers.next(now));
         line.request_id.clone_from(request_id);
         (line.flight, line.extent) = (flight, extent);
+        line.entered_because = shortened(&request.entered_because, MAX_REASON_BYTES);
         Ok(())
     }
 
@@ -271,7 +274,9 @@ impl Ledger {
     fn line(&mut self, area: &str) -> &mut Line {
         let unknown = || {
             let standing = Standing::Requested { due: None };
-            let line = Line { standing, request_id: String::new(), decision: 0, flight: String::new(), extent: None };
+            let empty = String::new;
+            let (request_id, flight, entered_because) = (empty(), empty(), empty());
+            let line = Line { standing, request_id, decision: 0, flight, extent: None, entered_because };
             Permission { line, waiting: None, shown: None }
         };
         &mut self.permissions.entry(area.to_owned()).or_insert_with(unknown).line
@@ -331,6 +336,7 @@ impl Line {
             vehicle: String::new(),
             flight: self.flight.clone(),
             extent: self.extent.map(Into::into),
+            entered_because: self.entered_because.clone(),
         }
     }
 }

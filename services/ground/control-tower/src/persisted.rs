@@ -73,6 +73,7 @@ fn line(now: Now, pace: Pace, memory: &v1::PermissionMemory) -> Result<(String, 
         S::Expired => Standing::Expired,
     };
     let extent = it.extent.clone().map(Extent::try_from).transpose()?;
-    let (flight, decision) = (it.flight.clone(), it.decision);
-    Ok((not_empty("area", it.area.clone())?, Line { standing, request_id, decision, flight, extent }))
+    let (flight, decision, entered_because) = (it.flight.clone(), it.decision, it.entered_because.clone());
+    let line = Line { standing, request_id, decision, flight, extent, entered_because };
+    Ok((not_empty("area", it.area.clone())?, line))
 }

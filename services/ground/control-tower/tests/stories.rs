@@ -138,7 +138,9 @@ impl Story {
                 known.insert(it.decision);
             }
             let count = if it.decision == 0 { 0 } else { known.len() };
-            format!("{} {state}{until}{reason} [{}, decision {count}]", it.area, it.request_id)
+            let entered = if it.entered_because.is_empty() { "" } else { ", entered: " };
+            let entered = format!("{entered}{}", it.entered_because);
+            format!("{} {state}{until}{reason}{entered} [{}, decision {count}]", it.area, it.request_id)
         };
         let lines: Vec<_> = ledger.permissions.iter().map(permission).collect();
         let lost = ledger.memory.as_ref().and_then(|it| it.loss.as_ref());
@@ -476,6 +478,16 @@ pub(crate) fn request(id: &str, area: &str) -> v1::PermissionRequest {
         extent: Some(v1::AreaExtent { outline: vec![7; 32], ..Default::default() }),
         entered_because: String::new(),
     }
+}
+
+#[test]
+fn who_enters_without_permission_is_told_with_the_reason_until_it_asks_again() {
+    let enters = |it: &mut v1::PermissionRequest| it.entered_because = "people below".into();
+    let story = Story::of(Policy::Silent).ask_changed("1", "a", enters).restart(Policy::Silent, 0, |_| {});
+    story.ask("2", "a").expect_log(&[
+        "0 uav1: a requested, entered: people below [1, decision 0]",
+        "0 uav1: a requested [2, decision 0]",
+    ]);
 }
 
 #[test]

@@ -88,7 +88,7 @@ function fill(card, it) {
   text(part(card, "until"), state === "GRANTED" && it.validForS ? `for ${clock(it.validForS)} more` : "");
   const expires = expiryWords(it);
   attribute(card, "data-expires", expires ? "" : null);
-  text(part(card, "reason"), [awaitedWords(it.area), expires, it.reason].filter(Boolean).map(sentence).join(" "));
+  text(part(card, "reason"), [it.enteredBecause && `Entered without permission: ${it.enteredBecause}`, awaitedWords(it.area), expires, it.reason].filter(Boolean).map(sentence).join(" "));
   text(part(card, "feed"), it.feed ? `From ${it.feed}` : "");
   attribute(part(card, "feed"), "hidden", !it.feed);
   attribute(part(card, "buttons"), "hidden", !has("tower"));

@@ -100,7 +100,12 @@ impl Line {
             Standing::Denied { reason, .. } | Standing::Revoked { reason } => reason.len(),
             Standing::Requested { .. } | Standing::Granted { .. } | Standing::Expired => 0,
         };
-        REST_OF_LINE_BYTES + area.len() + reason + self.request_id.len() + self.flight.len()
+        REST_OF_LINE_BYTES
+            + area.len()
+            + reason
+            + self.request_id.len()
+            + self.flight.len()
+            + self.entered_because.len()
     }
 }
 
