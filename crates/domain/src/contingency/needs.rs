@@ -38,6 +38,11 @@ impl Row {
         }
         self.when.as_ref()?.fields().iter().find_map(|it| it.says_missing())
     }
+
+    /// Whether it says that a wait was long enough: its response does not wait again.
+    pub fn ends_a_wait(&self) -> bool {
+        self.when.as_ref().is_some_and(|it| it.fields().contains(&Field::OperatorWait))
+    }
 }
 
 impl Field {

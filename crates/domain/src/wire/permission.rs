@@ -46,6 +46,8 @@ impl From<Permission> for v1::Permission {
             vehicle: permission.vehicle,
             flight: permission.flight,
             extent: permission.extent.map(Into::into),
+            // The vehicle knows by itself what it has entered.
+            entered_because: String::new(),
         }
     }
 }

@@ -134,8 +134,10 @@ impl<T> Source<T> {
         Source { freezing: Some(Freezing { after, repeats }), latest: None }
     }
 
-    /// Takes in a value. One that a sound source never repeats `must_change`: a measurement while the vehicle is armed, and a time.
+    /// Takes in a value. One that a sound source never repeats `must_change`: a measurement while the vehicle is armed, and a time. What
+    /// was found frozen is so until it changes: that the vehicle disarms by it mends nothing.
     fn take(&mut self, now: Time, value: T, must_change: bool) {
+        let must_change = must_change || self.last_update().is_some_and(|it| it.frozen);
         let repeats = |earlier: &T| self.freezing.as_ref().is_some_and(|it| (it.repeats)(earlier, &value));
         let (new_since, repetitions) = match &self.latest {
             Some(latest) if must_change && repeats(&latest.value) => {

@@ -132,10 +132,14 @@ impl World {
     /// response holds until then: that there is none is no failure of what was tried, before the latest moment.
     pub(crate) fn may_wait_for_way(&mut self, site: Ned, why: &str) -> bool {
         self.ask_for_way(site);
-        let group = self.response_row().and_then(|row| self.setup.table.rows()[row].group);
-        let answers_a_fault = matches!(group, Some(Group::Energy | Group::Vehicle));
+        let row = self.response_row().map(|row| &self.setup.table.rows()[row]);
+        let answers_a_fault = row.is_some_and(|it| matches!(it.group, Some(Group::Energy | Group::Vehicle)));
         let is_limited = answers_a_fault || self.narrowing().no_new_area.is_some();
-        let at_most = if is_limited { WITH_FAULT } else { Duration::MAX };
+        let at_most = match row {
+            Some(row) if row.ends_a_wait() => Duration::ZERO,
+            _ if is_limited => WITH_FAULT,
+            _ => Duration::MAX,
+        };
         self.may_wait(Duration::ZERO, (self.slack_for(site), at_most), &self.why_no_way(why, site))
     }
 
