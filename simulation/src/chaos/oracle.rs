@@ -132,7 +132,9 @@ pub fn judge(script: &Script, seen: &Evidence) -> Vec<Finding> {
 /// Whether it counts in this flight: a vehicle that does not know where it is, or is blown away, does not choose where it flies.
 fn is_judged(script: &Script, rule: Rule) -> bool {
     match rule {
-        Rule::Response | Rule::Truth(truth::Rule::Flapping | truth::Rule::Progress) => true,
+        Rule::Response | Rule::Truth(truth::Rule::Progress) => true,
+        // Each loss is a cause.
+        Rule::Truth(truth::Rule::Flapping) => !script.loses_messages(),
         // Wind is what is judged there.
         Rule::Truth(truth::Rule::Reserve) => script.knows_its_place_in_wind() && script.flies_its_speed(),
         _ => script.knows_its_place(),

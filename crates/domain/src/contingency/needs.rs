@@ -39,6 +39,12 @@ impl Row {
         self.when.as_ref()?.fields().iter().find_map(|it| it.says_missing())
     }
 
+    /// Whether it says that the position may be another one than it says.
+    pub fn doubts_position(&self) -> bool {
+        let doubts = |it: &Field| *it == Field::HorizontalDeviation || it.says_missing() == Some(Need::Position);
+        self.when.as_ref().is_some_and(|it| it.fields().iter().any(doubts))
+    }
+
     /// Whether it says that a wait was long enough: its response does not wait again.
     pub fn ends_a_wait(&self) -> bool {
         self.when.as_ref().is_some_and(|it| it.fields().contains(&Field::OperatorWait))

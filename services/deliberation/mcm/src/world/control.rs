@@ -235,6 +235,8 @@ impl World {
             }
         } else if self.is_planned_elsewhere(origin) {
             self.planner.withdraw("the vehicle's local frame has its origin elsewhere");
+        } else if self.flags.rows_up().any(|it| self.setup.table.rows()[it].doubts_position()) {
+            // It says neither that the vehicle was carried nor that it was not.
         } else if let Some(reason) = self.was_carried(&vehicle) {
             self.raise(FRAME_MOVED, SELF, reason);
         } else if is_same == Some(true) && self.flags.is_up(FRAME_MOVED) {

@@ -153,6 +153,13 @@ fn who_was_carried_since_it_was_powered_on_does_not_take_off_before_an_operator_
     assert!(rig.command(Verb::Resume(v1::ResumeMission {})).done);
     rig.wait(1.0);
     assert_eq!(rig.status().acting, "");
+    // A position in doubt says nothing about where it stands.
+    let mut rig = Rig::new();
+    rig.flag("position_uncertain", true);
+    rig.vehicle(false, Loiter, (0.0, 200.0, 0.0));
+    rig.wait(1.0);
+    let up: Vec<_> = rig.status().contingencies.into_iter().map(|it| it.flag).collect();
+    assert_eq!(up, ["position_uncertain"]);
     // A flight may end elsewhere, and what it wanders by in a gust is no reason.
     let (mut rig, _) = under_way();
     rig.vehicle(false, Loiter, (0.0, 55.0, 0.0));
