@@ -562,6 +562,18 @@ mod tests {
     }
 
     #[test]
+    fn what_was_found_frozen_stays_so_when_the_vehicle_disarms_until_it_changes() {
+        let mut source = Source::of_measurements(NonZeroU32::new(3).unwrap(), |a, b| a == b);
+        let samples = [(0.4, true), (0.4, true), (0.4, true), (0.4, true), (0.4, false), (0.4, false), (0.5, false)];
+        let mut frozen = Vec::new();
+        for (ms, (sample, armed)) in (0..).zip(samples) {
+            source.take(at_ms(ms), sample, armed);
+            frozen.push(source.last_update().unwrap().frozen);
+        }
+        assert_eq!(frozen, [false, false, false, true, true, true, false]);
+    }
+
+    #[test]
     fn a_value_that_is_repeated_is_frozen_but_only_when_armed() {
         check(true, &[0.5, 0.4, 0.4, 0.4], Some((300, false)));
         check(true, &[0.5, 0.4, 0.4, 0.4, 0.4], Some((100, true)));
