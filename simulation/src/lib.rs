@@ -429,6 +429,9 @@ impl Simulation<'_> {
     /// Has the bus lose, repeat and hold back messages for this long.
     pub fn disturb(&mut self, disturbance: Disturbance, time: Duration) {
         self.trouble();
+        if 0.0 < disturbance.lost {
+            self.seen.borrow_mut().witness.losing(self.bus.moment().time + time);
+        }
         self.bus.disturb(disturbance, time);
     }
 

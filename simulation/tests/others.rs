@@ -75,6 +75,14 @@ fn an_operator_who_resumes_takes_the_vehicle_back_and_the_mission_goes_on() {
 }
 
 #[test]
+fn a_mode_that_a_pilot_has_left_on_the_ground_is_nobodys_flight() {
+    let mut simulation = crate::stories::support::simulation(None, Policy::Grant);
+    simulation.inject_fault("pilot_takes_over", &["manual"]);
+    let report = simulation.fly(LIMIT).expect("a report");
+    assert_eq!(report.outcome(), v1::MissionOutcome::Success, "\n{}", simulation.decision_log());
+}
+
+#[test]
 fn after_a_pilots_landing_an_operator_must_resume() {
     let mut simulation = at("step 4 of 5", 10);
     simulation.inject_fault("pilot_takes_over", &["land"]);

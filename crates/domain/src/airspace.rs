@@ -54,14 +54,20 @@ pub struct Motion {
     pub speeds: Speeds,
     /// Whether the vehicle is in the air when it begins.
     pub airborne: bool,
-    /// The harm that its end may do: a no-landing area whose ground harms no more does not count.
-    pub accepts: Harm,
+    /// Whether it is a load that falls, and not the vehicle: it may end in water, and not near people.
+    pub is_load: bool,
 }
 
 impl Motion {
     /// Of a vehicle in the air that flies on from now and does not come down.
     pub fn in_air(speeds: Speeds) -> Motion {
-        Motion { begins: Duration::ZERO, speeds, airborne: true, accepts: Harm::NONE }
+        Motion { begins: Duration::ZERO, speeds, airborne: true, is_load: false }
+    }
+
+    /// How far beside the straight way from `from` to `to` it may end, in metres: a load as far aside as it falls. (The 1-to-1 rule for a
+    /// ground risk buffer, JARUS SORA 2.0, Annex B.)
+    pub fn scatter_m(&self, from: Ned, to: Ned) -> f64 {
+        if self.is_load { from.distance_m(to) } else { 0.0 }
     }
 }
 
@@ -165,6 +171,13 @@ pub fn stays_within(area: &Area, outline: &Outline, from: Ned, to: Ned, vertical
     found
 }
 
+/// The end of the fall to `to` of a load, if what is below `area` may be harmed by it: it comes down at most `scatter_m` beside.
+fn hits(area: &Area, to: Ned, scatter_m: f64) -> Vec<Stay> {
+    let outline = Outline::new(area);
+    let is_hit = !area.takes(Harm::AIRCRAFT) && (outline.covers(to) || outline.distance_to_border_m(to) < scatter_m);
+    if is_hit { vec![Stay { enters: 1.0, leaves: 1.0 }] } else { Vec::new() }
+}
+
 /// Whether the straight way from `from` to `to` may be at the heights of `area`, by the same rule.
 pub fn is_at_heights(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> bool {
     let (lowest, highest) = heights_within(area, from, to, vertical_margin_m);
@@ -223,13 +236,14 @@ impl<'a> Airspace<'a> {
     }
 
     fn breach_of(&self, area: &Area, from: Ned, to: Ned, motion: Motion) -> Option<Breach> {
-        if area.takes(motion.accepts) {
-            return None;
-        }
-        let stays = stays(area, from, to, self.vertical_margin_m);
+        let stays = match motion.is_load && area.only_bars_landings() {
+            true => hits(area, to, motion.scatter_m(from, to)),
+            false => stays(area, from, to, self.vertical_margin_m),
+        };
         stays.into_iter().find_map(|stay| {
             let leaving = stay.enters == 0.0
                 && motion.airborne
+                && !motion.is_load
                 && motion.begins.is_zero()
                 && self.is_inside(area, from)
                 && self.bars(area, Duration::ZERO, Duration::ZERO).is_some();
@@ -316,7 +330,7 @@ pub(crate) mod tests {
     }
 
     const SPEEDS: Speeds = Speeds::calm(10.0, 3.0, 1.5);
-    const AIRBORNE: Motion = Motion { begins: Duration::ZERO, speeds: SPEEDS, airborne: true, accepts: Harm::NONE };
+    const AIRBORNE: Motion = Motion { begins: Duration::ZERO, speeds: SPEEDS, airborne: true, is_load: false };
 
     #[test]
     fn a_stay_is_where_the_way_is_inside_in_all_three_dimensions() {

@@ -94,7 +94,7 @@ impl AreaMap {
     }
 
     /// The areas whose bounding box is no farther than `distance_m` from the straight way, in no order.
-    pub(crate) fn near(&self, from: Ned, to: Ned, distance_m: f64) -> impl Iterator<Item = usize> {
+    pub fn near(&self, from: Ned, to: Ned, distance_m: f64) -> impl Iterator<Item = usize> {
         self.placed.locate_with_selection_function(Along::new(from, to, distance_m)).map(|it| it.data)
     }
 

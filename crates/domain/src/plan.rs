@@ -88,7 +88,7 @@ impl Step {
 
     /// Whether the load is released by it.
     pub fn releases(&self) -> bool {
-        matches!(self.nominal.goal, Goal::Release { .. })
+        self.nominal.goal.is_release()
     }
 
     /// Whether it ends by itself: it flies to a place, and stays there only while it asks for an area. A velocity leads nowhere in

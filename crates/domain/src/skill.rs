@@ -5,7 +5,6 @@ use kittiwake_proto::v1;
 
 use crate::fmu::FlightMode;
 use crate::geometry::{Ned, NedVelocity};
-use crate::harm::Harm;
 
 /// Which skill flies a goal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -142,14 +141,9 @@ impl Goal {
         }
     }
 
-    /// What may be harmed where that ends which comes down by it: a load may be lost, but hits nobody.
-    pub fn accepts(&self) -> Harm {
-        match self {
-            Goal::Release { .. } => Harm::AIRCRAFT,
-            Goal::Land | Goal::Takeoff { .. } | Goal::Stop | Goal::Position { .. } | Goal::Velocity { .. } => {
-                Harm::NONE
-            }
-        }
+    /// Whether it releases the load.
+    pub fn is_release(&self) -> bool {
+        matches!(self, Goal::Release { .. })
     }
 
     /// Whether it goes on until another one replaces it.

@@ -72,7 +72,7 @@ pub fn way_out(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<
     if trespassed.is_empty() {
         return Some(Vec::new());
     }
-    let motion = Motion { begins: Duration::ZERO, speeds: limits.speeds, airborne: true, accepts: Harm::NONE };
+    let motion = Motion::in_air(limits.speeds);
     let is_free = |way: &Vec<Ned>| {
         let starts = std::iter::once(&from).chain(way.iter());
         let is_high_enough = |leg| airspace.ground.hills(leg, None, limits).next().is_none();

@@ -269,6 +269,11 @@ impl Witness {
         self.rules.iter_mut().for_each(|it| it.troubled());
     }
 
+    /// Messages are lost until then.
+    pub fn losing(&mut self, until: Time) {
+        self.rules.iter_mut().for_each(|it| it.losing(until));
+    }
+
     /// The world is like this.
     pub fn see(&mut self, now: Now, truth: &Truth) {
         self.ground_m = truth.ground_m;
@@ -350,7 +355,7 @@ impl Witness {
         let commanded = self.others.take_in(at, message, self.flies(), self.limits.hears);
         self.breaches.extend(commanded);
         if let Some(rules) = &mut self.rules {
-            let against = rules.hear(message, &self.permissions);
+            let against = rules.hear(now.time, message, &self.permissions);
             self.tell(at, against);
         }
         match message {

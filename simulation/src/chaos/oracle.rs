@@ -132,9 +132,7 @@ pub fn judge(script: &Script, seen: &Evidence) -> Vec<Finding> {
 /// Whether it counts in this flight: a vehicle that does not know where it is, or is blown away, does not choose where it flies.
 fn is_judged(script: &Script, rule: Rule) -> bool {
     match rule {
-        Rule::Response | Rule::Truth(truth::Rule::Progress) => true,
-        // Each loss is a cause.
-        Rule::Truth(truth::Rule::Flapping) => !script.loses_messages(),
+        Rule::Response | Rule::Truth(truth::Rule::Progress | truth::Rule::Flapping) => true,
         // Wind is what is judged there.
         Rule::Truth(truth::Rule::Reserve) => script.knows_its_place_in_wind() && script.flies_its_speed(),
         _ => script.knows_its_place(),

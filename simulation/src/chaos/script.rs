@@ -104,12 +104,6 @@ impl Script {
         !self.has_fault(|name, _| name == "slow_flight")
     }
 
-    /// Whether messages are lost, now and then.
-    pub fn loses_messages(&self) -> bool {
-        let loses = |it: &Trouble| matches!(it, Trouble::Disturb { disturbance, .. } if 0.0 < disturbance.lost);
-        self.troubles.iter().any(|(_, it)| loses(it))
-    }
-
     /// Whether other traffic appears.
     pub fn has_traffic(&self) -> bool {
         self.has_fault(|name, _| matches!(name, "intruder" | "head_on" | "circling"))

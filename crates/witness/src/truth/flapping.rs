@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use domain::time::Time;
 use kittiwake_proto::v1::{DecisionKind, DecisionRecord};
 
-pub(super) const IN_WORDS: &str = "no flag rises three times for one cause: without a trouble, an order, a permission or a finished step between (issue 44, P5)";
+pub(super) const IN_WORDS: &str = "no flag rises three times for one cause: without a trouble, a lost message, an order, a permission or a finished step between (issue 44, P5)";
 /// So often.
 const OFTEN: u32 = 3;
 
@@ -12,6 +13,8 @@ const OFTEN: u32 = 3;
 pub(super) struct Flapping {
     /// By flag and evidence without its figures.
     rises: BTreeMap<(String, String), u32>,
+    /// Messages are lost until then.
+    losing_until: Option<Time>,
 }
 
 impl Flapping {
@@ -20,8 +23,15 @@ impl Flapping {
         self.rises.clear();
     }
 
-    pub(super) fn decided(&mut self, it: &DecisionRecord) -> Option<super::Against> {
+    pub(super) fn losing(&mut self, until: Time) {
+        self.losing_until = self.losing_until.max(Some(until));
+    }
+
+    pub(super) fn decided(&mut self, at: Time, it: &DecisionRecord) -> Option<super::Against> {
         use DecisionKind::{ContingencyRaised, OrderAccepted, PermissionDecided, StepSucceeded};
+        if Some(at) < self.losing_until {
+            self.caused();
+        }
         match it.kind() {
             OrderAccepted | PermissionDecided | StepSucceeded => self.caused(),
             ContingencyRaised => {

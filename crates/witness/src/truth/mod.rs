@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use domain::area::{Area, AreaKind};
 use domain::energy::EnergyModel;
-use domain::time::Now;
+use domain::time::{Now, Time};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
 use vehicle_sim::truth::Truth;
@@ -162,14 +162,24 @@ impl Rules {
         self.reserve.troubled();
     }
 
+    /// Messages are lost until then: each loss is a cause.
+    pub(crate) fn losing(&mut self, until: Time) {
+        self.flapping.losing(until);
+    }
+
     /// A message passes by.
-    pub(crate) fn hear(&mut self, message: &Message, permissions: &BTreeMap<String, v1::Permission>) -> Vec<Against> {
+    pub(crate) fn hear(
+        &mut self,
+        at: Time,
+        message: &Message,
+        permissions: &BTreeMap<String, v1::Permission>,
+    ) -> Vec<Against> {
         match message {
             Message::MissionStatus(it) => {
                 self.upload.listed(&self.mission, it, permissions);
                 self.mission = it.clone();
             }
-            Message::DecisionRecord(it) => return self.flapping.decided(it).into_iter().collect(),
+            Message::DecisionRecord(it) => return self.flapping.decided(at, it).into_iter().collect(),
             _ => {}
         }
         Vec::new()

@@ -54,7 +54,8 @@ impl Story {
     }
 
     fn hear(&mut self, message: impl Into<Message>) {
-        self.against.extend(self.rules.hear(&message.into(), &self.permissions));
+        let now = Time::after(Duration::from_secs(self.second));
+        self.against.extend(self.rules.hear(now, &message.into(), &self.permissions));
     }
 
     fn see(&mut self) {
@@ -173,6 +174,12 @@ fn a_flag_that_rises_three_times_for_one_cause_is_found_once() {
     let mut story = Story::new();
     [raised(300), raised(250), step(), raised(200), raised(150)].into_iter().for_each(|it| story.hear(it));
     story.check(&[]);
+    let mut story = Story::new();
+    story.rules.losing(Time::after(Duration::from_secs(60)));
+    [300, 250, 200].map(raised).into_iter().for_each(|it| story.hear(it));
+    let mut story = story.flies(60, |_| {});
+    [300, 250, 200].map(raised).into_iter().for_each(|it| story.hear(it));
+    story.check(&[Rule::Flapping]);
 }
 
 #[test]

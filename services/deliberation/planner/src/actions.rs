@@ -136,16 +136,16 @@ fn ground_height_m(goal: &State, start: &State, config: &Config) -> f64 {
 
 /// How long an action takes besides its way, in seconds.
 pub(crate) fn time_s(goal: &Goal) -> f64 {
-    if let Goal::Release { .. } = goal { RELEASE_S } else { 0.0 }
+    if goal.is_release() { RELEASE_S } else { 0.0 }
 }
 
 /// The straight way that must be free for an action from `from` to `to`: of a release that of the load, which falls to the height
 /// of the take-off point.
 pub(crate) fn free_way(goal: &Goal, (from, to): (Ned, Ned)) -> (Ned, Ned) {
-    if let Goal::Release { .. } = goal { (from, from.at_height(from.height_m().min(0.0))) } else { (from, to) }
+    if goal.is_release() { (from, from.at_height(from.height_m().min(0.0))) } else { (from, to) }
 }
 
 /// How fast what needs that way moves along it: the vehicle with `speeds`, or the load.
 pub(crate) fn free_speeds(goal: &Goal, speeds: Speeds) -> Speeds {
-    if let Goal::Release { .. } = goal { Speeds::OF_A_LOAD } else { speeds }
+    if goal.is_release() { Speeds::OF_A_LOAD } else { speeds }
 }

@@ -122,8 +122,8 @@ impl<'a> Airspace<'a> {
             let breach = alone.first_breach(from, to, motion)?;
             Some((if way_m > 0.0 { from.distance_m(breach.at) / way_m } else { 0.0 }, index))
         };
-        let mut found: Vec<_> = self.map.along(from, to).into_iter().filter_map(entry).collect();
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut found: Vec<_> = self.map.near(from, to, motion.scatter_m(from, to)).filter_map(entry).collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         found
     }
 

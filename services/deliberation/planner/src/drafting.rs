@@ -110,6 +110,12 @@ impl Draft<'_> {
         let ask: Vec<usize> = entries.into_iter().map(|(_, zone)| zone).collect();
         for zone in &ask {
             match &self.airspace.zones[*zone].access {
+                Access::Closed { .. } if goal.is_release() => {
+                    let area = &self.airspace.zones[*zone].area.name;
+                    return Err(NoWay(format!(
+                        "area {area}: the load may fall into it (a load falls as far aside as down)"
+                    )));
+                }
                 Access::Closed { reason } => return Err(NoWay(reason.clone())),
                 Access::Ask { wait_s, .. } => self.pass(*wait_s),
             }
@@ -130,7 +136,7 @@ impl Draft<'_> {
     /// How what needs the free way of an action with this goal moves.
     fn motion(&self, from: &State, goal: &Goal) -> Motion {
         let speeds = free_speeds(goal, self.config.speeds());
-        Motion { begins: self.at, speeds, airborne: from.flying, accepts: goal.accepts() }
+        Motion { begins: self.at, speeds, airborne: from.flying, is_load: goal.is_release() }
     }
 
     fn add(&mut self, action: Action, from: &State, mut to: State, ask: Vec<usize>) {

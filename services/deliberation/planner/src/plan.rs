@@ -58,7 +58,7 @@ pub(crate) fn way_to_keep_free(step: &Step) -> (Ned, Ned) {
 pub(crate) fn motion(step: &Step, begins: Duration, config: &Config) -> Motion {
     let airborne = action(step) != Action::Takeoff;
     let speeds = free_speeds(&step.nominal.goal, config.speeds());
-    Motion { begins, speeds, airborne, accepts: step.nominal.goal.accepts() }
+    Motion { begins, speeds, airborne, is_load: step.releases() }
 }
 
 /// How long after the beginning of `step` this fraction of that way is behind.

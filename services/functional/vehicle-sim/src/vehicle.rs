@@ -133,15 +133,21 @@ impl Vehicle {
     /// Accepts a command, or returns why not.
     pub(crate) fn command(&mut self, command: Command, now: Time) -> Result<(), Refusal> {
         let command = self.boot.command(command);
-        if let (Command::Arm, Some(why), false) = (command, &self.others.not_ready, self.arming.is_armed()) {
+        let arms = command == Command::Arm && !self.arming.is_armed();
+        if let (true, Some(why)) = (arms, &self.others.not_ready) {
             return Err(Refusal::NotReady(why.clone()));
         }
         judge(command, &self.situation(now))?;
-        if command.mode().is_some() || command == Command::Arm {
+        if command.mode().is_some() || arms {
             self.others.commanded();
         }
         match command {
-            Command::Arm => self.arming.arm(now),
+            // As the bridges to real autopilots do: armed in a pilot's mode it would be the pilot's.
+            Command::Arm if arms => {
+                self.intended = Mode::Loiter;
+                self.arming.arm(now);
+            }
+            Command::Arm => {}
             Command::Disarm => self.disarm(),
             Command::Takeoff { height_m } => self.intended = Mode::Takeoff { height_m },
             Command::Land => self.intended = Mode::Land,

@@ -119,8 +119,7 @@ impl World {
             }
             Goal::Stop | Goal::Velocity { .. } => return None,
         };
-        let motion =
-            Motion { begins: Duration::ZERO, speeds, airborne: vehicle.flying, accepts: step.nominal.goal.accepts() };
+        let motion = Motion { begins: Duration::ZERO, speeds, airborne: vehicle.flying, is_load: step.releases() };
         let permits = self.permits();
         // In the air the vehicle stops before an area: see `breach_at_rest`.
         let grants = if vehicle.flying { permits.to_stay() } else { permits.to_enter() };

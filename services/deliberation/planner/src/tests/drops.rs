@@ -204,6 +204,17 @@ fn a_load_may_fall_into_water_and_not_among_people() {
     }
 }
 
+#[test]
+fn a_load_keeps_as_far_from_people_as_it_falls() {
+    let is_dropped_from = |height_m: f64, ground: &str| {
+        let aside = area("beach", "no-landing", [250.0, 350.0], ground);
+        Story::of(&format!("{}{aside}", text(&[&buoy(height_m, "drop = true"), BACK]))).plan().contains("release over")
+    };
+    assert!(is_dropped_from(49.0, "ground = \"people\""));
+    assert!(!is_dropped_from(51.0, "ground = \"people\""));
+    assert!(is_dropped_from(51.0, "ground = \"water\""));
+}
+
 /// From 60 m it is at the ceiling, with its margin, after 3.8 s, and on the ground after 6 s; the vehicle would take 40 s.
 #[test]
 fn what_is_below_is_judged_by_the_time_that_the_load_falls() {
