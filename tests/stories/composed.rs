@@ -19,7 +19,11 @@ const USUAL: &str = "mcm,skill-manager,monitor,planner";
 /// A system with the usual nodes in one process, on a long leg in the air.
 #[track_caller]
 fn on_long_leg(speed: &str) -> System {
-    let files = Files::with_long_leg();
+    flying_with(&Files::with_long_leg(), speed)
+}
+
+#[track_caller]
+fn flying_with(files: &Files, speed: &str) -> System {
     let config = files.config();
     let config = config.to_str().expect("a readable path");
     let system = System::start(&["--onboard", USUAL, "--config", config, "--speed", speed]);
@@ -108,12 +112,13 @@ fn a_composition_that_hangs_is_killed_and_started_again_as_one() {
 /// Operators may ask for more than one thread can answer.
 #[test]
 fn a_burst_of_what_ifs_does_not_end_a_composed_aircraft() {
-    let system = on_long_leg("1");
+    let patient = Files::with_long_leg().with("kittiwake.toml", "hung_after_s = 3.0", "hung_after_s = 12.0");
+    let system = flying_with(&patient, "1");
     let objective = |it: u32| {
         let (north, east) = (it % 20 * 10, it / 20 * 10);
         format!("[[objective]]\nname = \"{it}\"\nnorth_m = {north}\neast_m = {east}\nheight_m = 10\nflying = true\n")
     };
-    // Each leg is compared with each site: a tenth of a second for each question, and six for all.
+    // Each leg is compared with each site: a tenth of a second for each question, and 14 for all, which is longer than nobody may answer.
     let site = |it| format!("[[site]]\nname = \"{it}\"\nkind = \"landing\"\nnorth_m = {}\neast_m = -50\n", it * 10);
     let text = (0..200).map(objective).chain((0..32).map(site)).collect::<String>();
     let text = format!("name = \"many\"\n{text}");
@@ -129,7 +134,7 @@ fn a_burst_of_what_ifs_does_not_end_a_composed_aircraft() {
         get.timeout(limit).wait().unwrap()
     };
     let onboard = system.process("onboard").id();
-    let answers: Vec<_> = (0..60).map(ask).collect();
+    let answers: Vec<_> = (0..120).map(ask).collect();
     // Some wait for longer than an order counts; how many depends on the machine.
     let answered = answers.iter().filter(|it| it.recv().is_ok_and(|it| it.result().is_ok())).count();
     assert!(0 < answered, "no answer");

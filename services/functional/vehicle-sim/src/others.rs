@@ -45,7 +45,7 @@ impl Others {
         self.failsafe.as_ref().map(|(_, why)| why.as_str())
     }
 
-    /// The autopilot was started again, or a command was taken that sets a mode; arming does. A change of mode ends a failsafe, as PX4 has it.
+    /// The autopilot was started again, or a command was taken that sets a mode, as arming does after somebody else's. A change of mode ends a failsafe, as PX4 has it.
     pub(crate) fn commanded(&mut self) {
         (self.chosen, self.failsafe) = (false, None);
     }

@@ -138,16 +138,15 @@ impl Vehicle {
             return Err(Refusal::NotReady(why.clone()));
         }
         judge(command, &self.situation(now))?;
+        if arms && self.others.has_chosen() {
+            // As the bridges to real autopilots do: armed in a pilot's mode it would be the pilot's.
+            self.intended = Mode::Loiter;
+        }
         if command.mode().is_some() || arms {
             self.others.commanded();
         }
         match command {
-            // As the bridges to real autopilots do: armed in a pilot's mode it would be the pilot's.
-            Command::Arm if arms => {
-                self.intended = Mode::Loiter;
-                self.arming.arm(now);
-            }
-            Command::Arm => {}
+            Command::Arm => self.arming.arm(now),
             Command::Disarm => self.disarm(),
             Command::Takeoff { height_m } => self.intended = Mode::Takeoff { height_m },
             Command::Land => self.intended = Mode::Land,
