@@ -73,17 +73,6 @@ fn a_healthy_vehicle_whose_home_is_closed_comes_home_by_a_pilots_order() {
 }
 
 #[test]
-fn who_waited_ten_minutes_for_an_operator_does_not_wait_again_for_a_way_home() {
-    let mut simulation = out_and_back("paused", "people", "", Policy::Grant);
-    over_the_middle(&mut simulation);
-    simulation.order(Verb::Pause(v1::PauseMission { overrides: false }));
-    simulation.decide_for("harbour", Decision::Revoke, None);
-    ends_at_home(&mut simulation);
-    let log = simulation.decision_log();
-    assert!(log.contains("`operator_silent`: return_home") && !log.contains("`operator_silent` waits"), "{log}");
-}
-
-#[test]
 fn among_people_it_does_not_come_down_and_enters_the_area_instead() {
     let mut simulation = out_and_back("people", "people", "", Policy::Grant);
     over_the_middle(&mut simulation);

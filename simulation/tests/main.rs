@@ -23,6 +23,7 @@ mod heights;
 mod imported;
 mod land_detector;
 mod landing;
+mod last_moment;
 mod last_resorts;
 mod leaving;
 mod lying_planner;

@@ -107,6 +107,16 @@ impl Evasion {
         }
     }
 
+    /// Whether a vehicle at `from` stays well clear of `traffic` by it.
+    pub fn is_well_clear(self, from: Ned, speeds: &Speeds, traffic: &[Mover]) -> bool {
+        1.0 <= self.clearance(from, speeds, traffic)
+    }
+
+    /// Whether it comes as near to `traffic` as what lands where it may.
+    pub fn is_too_near(self, from: Ned, speeds: &Speeds, traffic: &[Mover]) -> bool {
+        self.clearance(from, speeds, traffic) < TOO_NEAR
+    }
+
     /// How near it comes to `traffic`, as a share of well clear; what is far is 2.
     fn clearance(self, from: Ned, speeds: &Speeds, traffic: &[Mover]) -> f64 {
         let at = |second: u32| {

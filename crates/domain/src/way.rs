@@ -10,7 +10,7 @@ use std::time::Duration;
 use geo::{Closest, ClosestPoint, LineString, Point};
 
 use crate::airspace::{Airspace, Motion};
-use crate::area::{Area, AreaKind, rings};
+use crate::area::{Area, AreaKind, NO_LANDING_TO_M, rings};
 use crate::area_map::AreaMap;
 use crate::geometry::Ned;
 use crate::harm::Harm;
@@ -85,8 +85,14 @@ pub fn way_out(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<
         free.min_by(|a, b| limits.speeds.time_along_s(from, a).total_cmp(&limits.speeds.time_along_s(from, b)))
     };
     let clear_m = airspace.ground.clear_m(from, limits);
-    let level = from.at_height(from.height_m().clamp(clear_m, limits.highest_m.max(clear_m)));
-    [limits.clearance_m, limits.clearance_m / 2.0].into_iter().find_map(|clearance_m| {
+    // Low over the only free ground everything around may bar landings: the way out leads over that.
+    let over_no_landing_m = clear_m.max(NO_LANDING_TO_M + airspace.vertical_margin_m + HEIGHT_STEP_M);
+    let [level, higher] = [clear_m, over_no_landing_m]
+        .map(|least_m| from.at_height(from.height_m().clamp(least_m, limits.highest_m.max(least_m))));
+    let clearances = [limits.clearance_m, limits.clearance_m / 2.0];
+    let higher = (higher != level).then_some(higher);
+    let tries = std::iter::once(level).chain(higher).flat_map(|level| clearances.map(|it| (level, it)));
+    tries.into_iter().find_map(|(level, clearance_m)| {
         let sideways = directions(level, &trespassed).into_iter().filter_map(|direction| {
             let exit = exit_along(level, direction, clearance_m, airspace)?;
             Some(if level == from { vec![exit] } else { vec![level, exit] })

@@ -121,6 +121,13 @@ impl Flags {
         self.of_row(row).is_some_and(|it| it.overrides)
     }
 
+    /// An operator orders what the flag of `row` stands for, without the override of the order before.
+    pub(crate) fn override_nothing(&mut self, row: usize) {
+        if let Ok(place) = self.place(row) {
+            self.up[place].1.overrides = false;
+        }
+    }
+
     /// An operator orders what the flag of `row` stands for with override, and knows of every flag that is up.
     pub(crate) fn override_all(&mut self, row: usize) {
         self.up.iter_mut().for_each(|(number, flag)| (flag.overridden, flag.overrides) = (true, *number == row));

@@ -34,6 +34,11 @@ impl Avoid {
             self.halt(world, ports);
             return Ok(Status::Running);
         }
+        if let Some(place) = world.landing_about_to_be_lost() {
+            self.halt(world, ports);
+            ports.explain(format!("{place} is in reach no longer if it keeps out of the way"));
+            return Ok(Status::Failure);
+        }
         let before = self.flown.as_ref().map(|it| it.chosen);
         let chosen = match world.lands_where_it_is() {
             true => Some(Evasion::Land),
@@ -64,7 +69,7 @@ impl Avoid {
 fn goal(chosen: Evasion, world: &mut World) -> (Goal, Option<ResponseWay>) {
     let speed_limit_m_s = world.flight_limits().speeds.cruise_m_s;
     let (goal, text, way) = match chosen {
-        Evasion::Stay => (Goal::Stop, "stays: it passes well clear".to_owned(), None),
+        Evasion::Stay => (Goal::Stop, format!("stays: {}", world.why_it_stays()), None),
         Evasion::To(target) => {
             let way = ResponseWay { points: vec![target], destination: "out of the way".to_owned(), lands: false };
             (Goal::hold_at(target, speed_limit_m_s), format!("out of the way, to {target}"), Some(way))

@@ -122,7 +122,7 @@ impl FlyTo {
                 let free = places.iter().take_while(|it| !it.asks).cloned().collect();
                 let asks = places.into_iter().find(|it| it.asks).map(|it| it.position);
                 let chosen = self.first_with_way(free, world);
-                chosen.ok_or(match asks {
+                chosen.ok_or_else(|| match asks.or_else(|| world.nearest_closed_landing()) {
                     Some(site) => NoWay::To(site),
                     None => NoWay::Anywhere(world.why_no_place().into()),
                 })
@@ -224,6 +224,10 @@ impl FlyTo {
             Destination::FreeGround => world.enter_rather_than_harm(),
             Destination::AlternateSite | Destination::BestSite | Destination::Ditch | Destination::OutOfArea => {}
         }
+        if self.destination(world) == Destination::FreeGround && world.may_wait_for_traffic() {
+            self.wait(vehicle.position, None, world, ports);
+            return Ok(Status::Running);
+        }
         let Chosen { site, way, place } = match self.choose(world) {
             Ok(chosen) => chosen,
             Err(NoWay::To(site)) if world.may_wait_for_way(site, NO_WAY) => {
@@ -299,14 +303,19 @@ impl FlyTo {
         Status::Running
     }
 
-    /// Holds until there may be a way; out of an area in which the vehicle must not be.
+    /// Holds until there may be a way; out of an area in which the vehicle must not be, or of the way of other traffic.
     fn wait(&mut self, here: Ned, site: Option<Ned>, world: &mut World, ports: &mut Ports<'_>) {
         let speed_limit_m_s = world.flight_limits().speeds.cruise_m_s;
         let out = match world.way_out() {
             Some(WayOut::Flies(way)) => FlyTo::next_point(&way, here, world),
             Some(WayOut::Stays(_)) | None => None,
         };
-        let goal = out.map_or(Goal::Stop, |(target, _)| Goal::fly_to(target, speed_limit_m_s));
+        let before = self.leg.as_ref().and_then(|leg| match leg.waits {
+            Some(Goal::Position { target, .. }) => Some(target),
+            _ => None,
+        });
+        let target = out.map(|(target, _)| target).or_else(|| world.place_out_of_traffic(before));
+        let goal = target.map_or(Goal::Stop, |it| Goal::fly_to(it, speed_limit_m_s));
         let run = match &self.leg {
             Some(leg) if leg.waits == Some(goal) => leg.run,
             _ => {

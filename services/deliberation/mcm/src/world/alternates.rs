@@ -154,6 +154,15 @@ impl World {
         to_divert_to(&self.ranked_alternates()).into_iter().map(Choice::of).collect()
     }
 
+    /// The nearest landing to which there is no way now: what a response waits for that can go nowhere else.
+    pub(crate) fn nearest_closed_landing(&self) -> Option<Ned> {
+        let here = self.seen.vehicle?.position;
+        let is_landing = |it: &&Alternate| it.candidate.kind == SiteKind::Landing && it.failed_landings == 0;
+        let ranked = self.ranked_alternates();
+        let closed = ranked.iter().filter(|it| it.way.is_none()).filter(is_landing).map(|it| it.candidate.position);
+        closed.min_by(|a, b| a.horizontal_distance_m(here).total_cmp(&b.horizontal_distance_m(here)))
+    }
+
     /// What bars the places to land at, best first, when none of them can be flown to.
     pub(crate) fn why_no_place(&self) -> String {
         let what_bars = |it: &Alternate| {

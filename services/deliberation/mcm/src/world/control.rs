@@ -235,13 +235,18 @@ impl World {
             }
         } else if self.is_planned_elsewhere(origin) {
             self.planner.withdraw("the vehicle's local frame has its origin elsewhere");
-        } else if self.flags.rows_up().any(|it| self.setup.table.rows()[it].doubts_position()) {
+        } else if self.doubts_position() {
             // It says neither that the vehicle was carried nor that it was not.
         } else if let Some(reason) = self.was_carried(&vehicle) {
             self.raise(FRAME_MOVED, SELF, reason);
         } else if is_same == Some(true) && self.flags.is_up(FRAME_MOVED) {
             self.flags.condition_gone(FRAME_MOVED, SELF);
         }
+    }
+
+    /// Whether a flag says that the position may be another one than is heard.
+    pub(super) fn doubts_position(&self) -> bool {
+        self.flags.rows_up().any(|it| self.setup.table.rows()[it].doubts_position())
     }
 
     /// Where `vehicle` stands although it came to rest elsewhere, before a takeoff: home, and all places, would be elsewhere than they were meant.

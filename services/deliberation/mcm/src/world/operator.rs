@@ -313,8 +313,9 @@ impl World {
         }
         self.raise(flag, SOURCE, format!("ordered by {}", order.by));
         let without_override = self.next_responder().filter(|it| *it != row);
-        if order.overrides {
-            self.flags.override_all(row);
+        match order.overrides {
+            true => self.flags.override_all(row),
+            false => self.flags.override_nothing(row),
         }
         let first = self.next_responder().filter(|it| *it != row);
         if let (Some(other), None) = (without_override, first) {

@@ -8,6 +8,7 @@ use domain::contingency::label::Label;
 use domain::contingency::{Clears, OPERATOR_LAND, Phase, Severity, Then};
 use domain::decision::{DecisionKind, Rejected};
 use domain::geometry::Ned;
+use domain::harm::Harm;
 use domain::mission::MissionOutcome;
 use domain::skill::Goal;
 use domain::time::Time;
@@ -136,7 +137,8 @@ impl World {
         let answers_a_fault = row.is_some_and(|it| matches!(it.group, Some(Group::Energy | Group::Vehicle)));
         let is_limited = answers_a_fault || self.narrowing().no_new_area.is_some();
         let at_most = match row {
-            Some(row) if row.ends_a_wait() => Duration::ZERO,
+            // It lands elsewhere. Where that harms somebody or the aircraft, it comes last.
+            Some(row) if row.ends_a_wait() && self.least_harm().0 == Harm::NONE => Duration::ZERO,
             _ if is_limited => WITH_FAULT,
             _ => Duration::MAX,
         };
@@ -151,7 +153,7 @@ impl World {
 
     /// Whether the response may hold on, of which it must do `at_least` this much more: with this slack, and `at_most` in all. Says so when
     /// that begins.
-    fn may_wait(&mut self, at_least: Duration, (slack, at_most): (Duration, Duration), why: &str) -> bool {
+    pub(super) fn may_wait(&mut self, at_least: Duration, (slack, at_most): (Duration, Duration), why: &str) -> bool {
         let now = self.now.time;
         let Some(response) = self.answer.response.as_mut() else { return false };
         let since = response.waits_since.unwrap_or(now);

@@ -19,6 +19,11 @@ impl World {
         self.slack(|here| self.landing_here_wh(here), self.open_wh())
     }
 
+    /// The landing in reach that waiting here would lose now.
+    pub(crate) fn landing_about_to_be_lost(&self) -> Option<String> {
+        self.landing_in_reach().filter(|_| self.slack_here().is_zero())
+    }
+
     /// For how long it may be left to the autopilot, which flies where it will, and land then.
     pub(super) fn slack_of_autopilot(&self) -> Duration {
         self.slack(|here| self.landing_here_wh(here), None)

@@ -3,6 +3,8 @@
 use std::time::Duration;
 
 use domain::area::Area;
+use domain::contingency::group::Group;
+use domain::geometry::Ned;
 use domain::traffic::{Evasion, Mover, evade};
 use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
@@ -64,11 +66,50 @@ impl World {
     /// How the vehicle keeps out of the way of what comes near; `chosen` before. `None`: its position is not known.
     pub(crate) fn evasion(&self, chosen: Option<Evasion>) -> Option<Evasion> {
         let here = self.seen.vehicle?.position;
-        let limits = self.flight_limits();
+        if self.doubts_position() {
+            // It would fly by a place that is not believed.
+            return Some(Evasion::Stay);
+        }
+        let limits = self.limits_in_wind();
         let lowest_m = self.planner.mission.ground.height_m(here) + limits.least_height_m;
         let may_fly = |to| self.is_clear(here, to) && self.breach_towards(to, limits.speeds.cruise_m_s).is_none();
         let may_land = self.areas_that_forbid_landing(here).is_empty() && self.landing_forbidden_by(here).is_none();
         Some(evade(here, &self.seen.traffic.near, &limits.speeds, lowest_m, chosen, may_fly, may_land))
+    }
+
+    /// Where to keep out of the way of what comes near while the vehicle waits; `before`: where it was to be. `None`: where it is.
+    pub(crate) fn place_out_of_traffic(&self, before: Option<Ned>) -> Option<Ned> {
+        if self.seen.traffic.near.is_empty() {
+            return None;
+        }
+        match self.evasion(before.map(Evasion::To))? {
+            Evasion::To(place) => Some(place),
+            Evasion::Stay | Evasion::Land => None,
+        }
+    }
+
+    /// A landing here would come too near other traffic. Returns whether it may wait until that has passed: whatever is wrong with the vehicle
+    /// itself does not.
+    pub(crate) fn may_wait_for_traffic(&mut self) -> bool {
+        let row = self.response_row().map(|row| &self.setup.table.rows()[row]);
+        let may_wait = row.is_some_and(|it| matches!(it.group, Some(Group::Airspace | Group::Link | Group::Mission)));
+        let Some(here) = self.seen.vehicle.map(|it| it.position).filter(|_| may_wait) else { return false };
+        let near = &self.seen.traffic.near;
+        Evasion::Land.is_too_near(here, &self.limits_in_wind().speeds, near)
+            && self.may_wait(
+                Duration::ZERO,
+                (self.slack_here(), Duration::MAX),
+                "other traffic is too near to the way down",
+            )
+    }
+
+    /// Why it keeps out of the way of traffic by staying where it is, in words.
+    pub(crate) fn why_it_stays(&self) -> &'static str {
+        let Some(here) = self.seen.vehicle.map(|it| it.position).filter(|_| !self.doubts_position()) else {
+            return "its position is in doubt";
+        };
+        let passes = Evasion::Stay.is_well_clear(here, &self.limits_in_wind().speeds, &self.seen.traffic.near);
+        if passes { "what comes near passes well clear" } else { "no place in reach is farther from what comes near" }
     }
 
     pub(crate) fn has_cause(&self) -> bool {

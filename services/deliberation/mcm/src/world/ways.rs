@@ -91,7 +91,7 @@ impl World {
     /// here, `None` if there is none within [`FREE_GROUND_LIMIT_S`].
     pub(super) fn way_to_ground(&self, accepts: Harm) -> Option<Vec<Ned>> {
         let here = self.seen.vehicle?.position;
-        let (grants, limits) = (self.permits().to_land(), self.flight_limits());
+        let (grants, limits) = (self.permits().to_land(), self.limits_in_wind());
         let airspace = self.airspace(&grants, self.setup.limits.leave_lead);
         let way = way::way_to_ground(here, accepts, &airspace, &limits)?;
         (limits.speeds.time_along_s(here, &way) <= FREE_GROUND_LIMIT_S).then_some(way)
