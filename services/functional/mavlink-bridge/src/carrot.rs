@@ -16,8 +16,8 @@ pub(crate) struct Carrot {
     position: [f64; 3],
     velocity: [f64; 3],
     at: Time,
-    /// Since when the vehicle is too far from it without coming nearer, and how far it was then.
-    behind: Option<(Time, f64)>,
+    /// Since when the vehicle is too far from it without having moved towards it, and where it was then.
+    behind: Option<(Time, [f64; 3])>,
 }
 
 /// Where to and how fast.
@@ -93,8 +93,10 @@ impl Carrot {
         let lag_m = (length(self.velocity) + speed_m_s) * aim.lag.as_secs_f64();
         let braking_m = speed_m_s * speed_m_s / (2.0 * aim.acceleration_m_s2);
         let is_behind = lag_m + braking_m + MARGIN_M < behind_m;
-        let before = self.behind.filter(|(_, from_m)| *from_m < length(apart) + NEARER_M);
-        self.behind = is_behind.then(|| before.unwrap_or((now, length(apart))));
+        // By its own motion: a target that still brakes moves away from a vehicle that follows slowly.
+        let towards_m = |from: [f64; 3]| dot(difference(vehicle.position, from), apart) / length(apart).max(1e-6);
+        let before = self.behind.filter(|(_, from)| towards_m(*from) < NEARER_M);
+        self.behind = is_behind.then(|| before.unwrap_or((now, vehicle.position)));
     }
 
     /// Whether the vehicle has not followed for `limit`.
@@ -146,6 +148,22 @@ mod tests {
         }
         assert!(carrot.position[1] < 10.0, "{carrot:?}");
         assert!(carrot.is_unflown(Duration::from_secs(3), at(20_000)));
+    }
+
+    #[test]
+    fn one_that_wind_slows_follows_and_one_that_it_holds_or_carries_away_does_not() {
+        for (speed_m_s, follows) in [(2.5, true), (1.0, true), (0.0, false), (-2.0, false)] {
+            let mut vehicle = resting(0.0, 0.0);
+            let mut carrot = Carrot::new(&vehicle, at(0));
+            let aim = Aim { end: [0.0, 3000.0, -10.0], ..AIM_FAST };
+            let unflown = (1..1200).any(|step| {
+                vehicle.velocity[1] = speed_m_s;
+                vehicle.position[1] += speed_m_s * 0.05;
+                carrot.advance(&aim, Some(&vehicle), at(step * 50));
+                carrot.is_unflown(Duration::from_secs(3), at(step * 50))
+            });
+            assert_eq!(unflown, !follows, "{speed_m_s} m/s: {carrot:?}");
+        }
     }
 
     #[test]
