@@ -65,7 +65,7 @@ fn what_circles_does_not_take_the_battery() {
     simulation.inject_fault("circling", &["0", "0", "20", "60", "8", "uncrewed"]);
     simulation.inject_fault("battery", &["0.4"]);
     ends_at_home(&mut simulation);
-    assert!(simulation.decision_log().contains("is in reach no longer"), "{}", simulation.decision_log());
+    assert!(simulation.decision_log().contains("no longer out of the way: home"), "{}", simulation.decision_log());
 }
 
 /// The tower grants home after twelve minutes.

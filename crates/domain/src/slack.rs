@@ -8,6 +8,10 @@ use std::time::Duration;
 use crate::energy::{EnergyModel, Wind};
 use crate::quantity::Fraction;
 
+/// After a wait other actions are tried, and areas may be entered on the way to what was waited for: it must still be in reach then. (ENG: the
+/// pauses of a response, and a charge in whole per cent.)
+const TRIES_S: f64 = 15.0;
+
 /// What a wait is judged by.
 #[derive(Debug, Clone, Copy)]
 pub struct Waiting<'a> {
@@ -28,7 +32,10 @@ impl Waiting<'_> {
     pub fn slack(&self, awaited_wh: f64, open_wh: Option<f64>) -> Duration {
         let left_wh = match open_wh {
             Some(open_wh) => self.energy.budget(self.charge).usable_wh - open_wh.max(awaited_wh),
-            None => self.energy.budget_above(self.charge, self.lands_below).usable_wh - awaited_wh,
+            None => {
+                let tries_wh = self.energy.hover_wh(TRIES_S, self.wind);
+                self.energy.budget_above(self.charge, self.lands_below).usable_wh - awaited_wh - tries_wh
+            }
         };
         // A way that takes for ever, as in a wind that cannot be flown against, leaves nothing.
         let slack_s = (left_wh / self.energy.hover_wh(1.0, self.wind)).max(0.0);
@@ -58,8 +65,8 @@ mod tests {
         };
         let hover_s = |wh: f64| wh * 3600.0 / 725.0;
         // Home opens later, and nothing else can be reached: the reserve is there for that.
-        check(0.5, 10.0, None, hover_s(120.0 - 10.0));
-        check(0.2, 10.0, None, hover_s(30.0 - 10.0));
+        check(0.5, 10.0, None, hover_s(120.0 - 10.0) - TRIES_S);
+        check(0.2, 10.0, None, hover_s(30.0 - 10.0) - TRIES_S);
         check(0.12, 10.0, None, 0.0);
         // A site can be reached: neither it nor its reserve is waited away, nor what is waited for.
         check(0.5, 10.0, Some(5.0), hover_s(75.0 - 10.0));

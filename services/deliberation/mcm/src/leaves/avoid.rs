@@ -36,7 +36,9 @@ impl Avoid {
         }
         if let Some(place) = world.landing_about_to_be_lost() {
             self.halt(world, ports);
-            ports.explain(format!("{place} is in reach no longer if it keeps out of the way"));
+            let why = format!("no longer out of the way: {place} would be out of reach");
+            world.say("contingency", why.clone());
+            ports.explain(why);
             return Ok(Status::Failure);
         }
         let before = self.flown.as_ref().map(|it| it.chosen);

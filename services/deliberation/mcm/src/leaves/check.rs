@@ -48,3 +48,8 @@ pub(super) fn invariant(world: &World, ports: &mut Ports<'_>) -> Result<bool, Le
 pub(super) fn may_land_here(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     unless(world.why_land_elsewhere(), ports)
 }
+
+/// Whether no landing will be in reach if the vehicle goes on with what it does.
+pub(super) fn landing_is_at_stake(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
+    unless(world.landing_about_to_be_lost().is_none().then(|| "a landing can be reached later too".to_owned()), ports)
+}

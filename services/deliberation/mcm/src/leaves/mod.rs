@@ -59,6 +59,7 @@ pub(crate) fn registry(table: Option<&Contingencies>) -> Registry<World> {
     registry.action("FlyToDitch", [], |_| Ok(FlyTo::new(Destination::Ditch)));
     registry.action("FlyToFreeGround", [], |_| Ok(FlyTo::new(Destination::FreeGround)));
     registry.condition("MayLandHere", [], check::may_land_here);
+    registry.condition("LandingIsAtStake", [], check::landing_is_at_stake);
     registry.action("LeaveArea", [], |_| Ok(FlyTo::new(Destination::OutOfArea)));
     let needs = Port::input::<Needs>("permissions").describe("what to ask for");
     registry.action("RequestPermissions", [needs], |spec| Ok(RequestPermissions { needs: spec.input("permissions")? }));

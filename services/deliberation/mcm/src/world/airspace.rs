@@ -36,6 +36,8 @@ pub(crate) struct WhatMayBeEntered {
     narrowing: Narrowing,
     comes_down: bool,
     beyond: Beyond,
+    /// A landing is ordered where the vehicle is, whatever is below.
+    insists: bool,
 }
 
 impl World {
@@ -72,6 +74,7 @@ impl World {
             narrowing: self.narrowing(),
             comes_down: self.comes_down(),
             beyond: self.answer.beyond.clone(),
+            insists: self.is_ordered_here(),
         }
     }
 

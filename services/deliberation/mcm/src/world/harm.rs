@@ -12,7 +12,6 @@ use domain::harm::{Harm, least};
 use domain::site::SiteKind;
 
 use super::control::OF_ITS_OWN;
-use super::ways::FREE_GROUND_LIMIT_S;
 use super::{Choice, World};
 use crate::journal::{CONTINGENCY, Cause, Said};
 use crate::permits::{Beyond, held_for};
@@ -34,8 +33,8 @@ impl World {
         self.end_of_landing(self.is_ordered_here())
     }
 
-    /// Where a landing ends, and what that harms: of the ground here and within a minute of flight, and of the places that can be reached for sure,
-    /// where it harms least. `insists`: a pilot wants it here.
+    /// Where a landing ends, and what that harms: of the ground here and within a minute of flight, of the places that can be reached for sure, and
+    /// of free ground farther off, where it harms least. `insists`: a pilot wants it here.
     fn end_of_landing(&self, insists: bool) -> (Harm, Down) {
         let Some(here) = self.seen.vehicle.map(|it| it.position) else { return (Harm::NONE, Down::Here) };
         let below = (self.harm_below(here), Down::Here);
@@ -54,7 +53,11 @@ impl World {
         let places = ranked.iter().filter(|it| it.is_sure());
         let places = places.map(|it| (it.harm() | on_the_way, Down::At(Choice::of(it))));
         let nearest = aside(Harm::AIRCRAFT).filter(|_| Harm::AIRCRAFT < below.0);
-        least([below].into_iter().chain(nearest).chain(places)).unwrap_or((Harm::NONE, Down::Here))
+        let far_off = || self.way_to_ground_far_off().map(|way| (Harm::NONE, Down::Aside(way)));
+        let places: Vec<_> = places.collect();
+        let is_none = places.iter().all(|(harm, _)| *harm != Harm::NONE);
+        let far_off = is_none.then(far_off).flatten();
+        least([below].into_iter().chain(nearest).chain(places).chain(far_off)).unwrap_or((Harm::NONE, Down::Here))
     }
 
     /// What coming down from `here` harms, by the permissions that there are.
@@ -97,7 +100,7 @@ impl World {
     }
 
     /// Whether a pilot has ordered to land here, whatever is below.
-    fn is_ordered_here(&self) -> bool {
+    pub(super) fn is_ordered_here(&self) -> bool {
         self.is_ordered_with_override()
             && self.response_row().is_some_and(|row| **self.flags.name(row) == *OPERATOR_ABORT)
     }
@@ -190,7 +193,7 @@ impl World {
         match self.is_left_to_autopilot() {
             true => OF_ITS_OWN.to_owned(),
             false if self.is_ordered_here() => "ordered with override".to_owned(),
-            false => format!("no free ground within {FREE_GROUND_LIMIT_S} s"),
+            false => "no free ground in reach".to_owned(),
         }
     }
 

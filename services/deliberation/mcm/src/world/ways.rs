@@ -17,7 +17,7 @@ use crate::journal::{Cause, Said};
 
 /// A landing where the vehicle is goes this far aside, in seconds of flight, to come down where no area forbids it. (ENG: 4 % of
 /// the battery; what is below 10 % lasts for more than two minutes.)
-pub(super) const FREE_GROUND_LIMIT_S: f64 = 60.0;
+const FREE_GROUND_LIMIT_S: f64 = 60.0;
 
 fn length_m(from: Ned, way: &[Ned]) -> f64 {
     std::iter::once(&from).chain(way).zip(way).map(|(a, b)| a.distance_m(*b)).sum()
@@ -90,11 +90,32 @@ impl World {
     /// The points to fly to, the last one over ground where no area forbids to land, and that harms no more than this; empty if that is
     /// here, `None` if there is none within [`FREE_GROUND_LIMIT_S`].
     pub(super) fn way_to_ground(&self, accepts: Harm) -> Option<Vec<Ned>> {
-        let here = self.seen.vehicle?.position;
-        let (grants, limits) = (self.permits().to_land(), self.limits_in_wind());
+        let way = self.ground_aside(accepts)?;
+        let flight_s = self.limits_in_wind().speeds.time_along_s(self.seen.vehicle?.position, &way);
+        (flight_s <= FREE_GROUND_LIMIT_S).then_some(way)
+    }
+
+    /// The same to ground that harms nothing, as far as the battery suffices, and no farther than out of an area.
+    pub(super) fn way_to_ground_far_off(&self) -> Option<Vec<Ned>> {
+        let (here, way) = (self.seen.vehicle?.position, self.ground_aside(Harm::NONE)?);
+        let is_near = length_m(here, &way) <= self.setup.limits.config.farthest_out_m.get();
+        (is_near && self.battery_suffices(here, &way)).then_some(way)
+    }
+
+    fn ground_aside(&self, accepts: Harm) -> Option<Vec<Ned>> {
+        let grants = self.permits().to_land();
         let airspace = self.airspace(&grants, self.setup.limits.leave_lead);
-        let way = way::way_to_ground(here, accepts, &airspace, &limits)?;
-        (limits.speeds.time_along_s(here, &way) <= FREE_GROUND_LIMIT_S).then_some(way)
+        way::way_to_ground(self.seen.vehicle?.position, accepts, &airspace, &self.limits_in_wind())
+    }
+
+    /// Whether the battery suffices to land at the end of `way`, before a row lands where the vehicle is.
+    fn battery_suffices(&self, here: Ned, way: &[Ned]) -> bool {
+        let (Some(charge), Some(end)) = (self.seen.vehicle.and_then(|it| it.charge), way.last()) else { return false };
+        let ground_m = self.planner.mission.ground.height_m(*end);
+        let flown: Vec<Ned> = way.iter().copied().chain([end.at_height(ground_m.min(end.height_m()))]).collect();
+        let energy = self.energy();
+        let needs_wh = energy.landing_flight_wh(here, &flown, &self.limits_in_wind().speeds, self.wind());
+        self.holds_in_wind() && needs_wh <= energy.budget_above(charge, self.setup.table.lands_below()).usable_wh
     }
 
     pub(super) fn areas_that_forbid_landing(&self, here: Ned) -> Vec<String> {
