@@ -1,8 +1,8 @@
 //! Random troubles for real systems: `kittiwake-chaos`.
 //!
-//! It starts a system again and again, with one router or as it is deployed, with two, does to its processes, its link and its
-//! clocks what a schedule drawn from a seed says, and judges by where the simulated vehicle is. Nothing of it is part of what
-//! flies. What is drawn, judged and counted is pure; `system`, `perform`, `link`, `clock`, `disk` and `soak` meet the machine.
+//! It starts a system again and again, with one router or as it is deployed, with two. It troubles processes, link and
+//! clocks by a schedule drawn from a seed, and judges by where the simulated vehicle is. None of this flies. Drawing,
+//! judging and counting are pure; `system`, `perform`, `link`, `clock`, `disk` and `soak` meet the machine.
 
 #![expect(
     clippy::disallowed_methods,
@@ -53,7 +53,7 @@ const OK: u8 = 0;
 const NOT_FLOWN: u8 = 1;
 const VIOLATIONS: u8 = 3;
 
-/// Flies the campaign, or the soak, and prints what came of it; the exit code.
+/// Flies the campaign, or the soak, and prints the result; returns the exit code.
 pub fn run(args: &Args) -> u8 {
     // So that no system is left running.
     let interrupted = Arc::new(AtomicBool::new(false));

@@ -16,7 +16,7 @@ pub(crate) struct FaultyLink {
 }
 
 impl FaultyLink {
-    /// To the ground's end of it.
+    /// A link to the ground's router.
     pub(crate) fn to(ground: SocketAddr, seed: u64) -> FaultyLink {
         FaultyLink { proxy: Proxy::to(ground, seed), faults: AtomicU32::new(0) }
     }
@@ -26,7 +26,7 @@ impl FaultyLink {
         self.proxy.address
     }
 
-    /// The ground's end of it.
+    /// The ground's end of the link.
     pub(crate) fn ground(&self) -> SocketAddr {
         self.proxy.target
     }

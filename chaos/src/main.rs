@@ -9,7 +9,7 @@ use kittiwake_chaos::disk;
 fn main() -> ExitCode {
     let args = Args::parse();
     if !args.own_mounts {
-        // Returns only where it is not possible; then no disk is filled, aloud.
+        // Returns only where this is impossible; then no disk is filled, and a message says so.
         disk::enter_own_mounts();
     }
     ExitCode::from(kittiwake_chaos::run(&args))

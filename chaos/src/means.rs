@@ -20,7 +20,7 @@ pub struct Means {
 }
 
 impl Means {
-    /// Looks what there is; what is not is said aloud, and left out of every run.
+    /// Finds the available means. Prints each missing one and leaves it out of every run.
     pub(crate) fn find(args: &Args, program: &Path) -> Result<Means, String> {
         let probe = RunFolder::create("disk").map_err(|it| it.to_string())?;
         let has_disk = args.own_mounts && Disk::mount(&probe.0).is_some();

@@ -64,7 +64,8 @@ impl Files {
         Files::read_beside(setup, Source::read(&file)?.parse()?, folder.join(TREES), folder.join(TABLE))
     }
 
-    /// What a recording needs of them, by their names in it; `mission` is the text that is flown, if that is no file.
+    /// What a recording needs of them, by their names in it; `mission` is the text that is flown, if that is not a
+    /// file.
     pub(crate) fn texts(setup: &Setup<'_>, mission: Option<String>) -> Result<Vec<(String, String)>, Mistakes> {
         let (folder, file) = places(setup.config);
         let config = Source::read(&file)?;
@@ -131,7 +132,7 @@ impl Files {
     /// Sends and looks as seldom as every limit of the services allows: what is decided stays the same, and costs a tenth.
     ///
     /// # Errors
-    /// If one of the rates is none, which is a mistake in this function.
+    /// If one of the rates is not positive, which is a mistake in this function.
     pub(crate) fn made_coarse(mut self) -> Result<Files, String> {
         let rate = Positive::try_from;
         let rates = &mut self.vehicle_sim.rates;

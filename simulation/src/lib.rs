@@ -216,7 +216,7 @@ impl Simulation<'_> {
         Simulation::of(setup, &Rc::new(files), Changes::default(), vehicle, Ground::default())
     }
 
-    /// What stands at the beginning of a recording of such a flight; `mission` is its text, if it is no file.
+    /// What stands at the beginning of a recording of such a flight; `mission` is its text, if it is not a file.
     ///
     /// # Errors
     /// Every mistake in the files.

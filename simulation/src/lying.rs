@@ -1,4 +1,4 @@
-//! A planner that lies: what it answers is falsified on its way. Whoever believes it must not get into danger by that.
+//! A planner that lies: its answers are falsified on their way. A service that believes it must not get into danger.
 
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Response, Service, Topic};

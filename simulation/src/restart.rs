@@ -15,7 +15,7 @@ use crate::shared::Shared;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Memory {
     /// All that it had saved, which is all.
-    Kept,
+    Restored,
     /// Nothing: what it had saved cannot be read, and it knows that.
     Lost,
 }
@@ -23,7 +23,7 @@ pub enum Memory {
 impl fmt::Display for Memory {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Memory::Kept => "with its memory",
+            Memory::Restored => "with its memory",
             Memory::Lost => "without its memory",
         })
     }
@@ -48,7 +48,7 @@ impl Starts {
     pub(crate) fn again(&mut self, process: &str, memory: Memory, now: Now) -> Box<dyn Node> {
         self.count += 1;
         let successor = self.successors.get_mut(process);
-        let Some(successor) = successor else { panic!("`{process}` is no process that can be started again") };
+        let Some(successor) = successor else { panic!("`{process}` is not a process that can be started again") };
         successor(memory, now, self.count)
     }
 
@@ -68,14 +68,14 @@ impl Starts {
             name,
             Box::new(move |memory, now, start| {
                 let mut node = make(start, now);
-                // As it comes back from a disk: what is no difference there is none here.
+                // Encoded and decoded, as a disk does: what a disk loses is lost here too.
                 let saved = latest.look().memory().encode_to_vec();
                 let saved = N::Memory::decode(saved.as_slice()).expect("what was encoded decodes");
                 // No two losses have one number, and none has zero.
                 let lost = |why| MemoryLoss { id: start, why };
                 match memory {
                     Memory::Lost => node.memory_lost(lost("it cannot be read".to_owned())),
-                    Memory::Kept => {
+                    Memory::Restored => {
                         if let Err(why) = node.resume(saved) {
                             node.memory_lost(lost(format!("{why:?}")));
                         }

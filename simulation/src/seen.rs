@@ -23,7 +23,7 @@ use crate::shared::Shared;
 const LOW_M: f64 = 1.0;
 /// How often judges look at the truth.
 const LOOKS_EVERY: Duration = Duration::from_millis(100);
-/// A status that was heard longer ago is none. (ENG: ten of 2 Hz, more than any monitor waits for.)
+/// An older status is ignored. (ENG: ten of 2 Hz, more than any monitor waits for.)
 const STATUS_SILENT: Duration = Duration::from_secs(5);
 /// The autopilot's own limit of a setpoint's age counts from when the setpoint has arrived; then the vehicle says that it has left
 /// offboard. Both take a while on a busy machine.

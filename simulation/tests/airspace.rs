@@ -215,7 +215,7 @@ fn a_grant_that_is_too_short_for_the_crossing_costs_a_way_round_and_no_zigzag() 
     let mut flight = Flight::with(&short, "short_round", &[[0.0, 2400.0, 0.0]], &long, Policy::Grant);
     flight.succeed();
     assert!(flight.plans().len() <= 2, "{:#?}", flight.plans());
-    // Into the middle of it, there is no way round.
+    // For a goal in its middle there is no way round.
     let mut flight = Flight::with(&short, "short_in", &[[0.0, 1800.0, 0.0], [0.0, 0.0, 0.0]], &long, Policy::Grant);
     let report = flight.end();
     let reason = "objective `0` failed: the permission for area A holds for 120 s, ";

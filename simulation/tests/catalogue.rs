@@ -159,7 +159,7 @@ const STORIES: [(&str, &str, &str); 67] = [
     ),
 ];
 
-/// Cases that are no row, since a plan, a skill or a step answers them, with what is done: a file and a test in it.
+/// Cases without a row, since a plan, a skill or a step answers them, with what is done: a file and a test in it.
 const ANSWERED_ELSEWHERE: [(&str, &str, &str, &str); 16] = [
     (
         "permission denied",
@@ -253,7 +253,7 @@ const ANSWERED_ELSEWHERE: [(&str, &str, &str, &str); 16] = [
     ),
     (
         "no ground to land on below",
-        "aside of water or people, else where it is, which is told as such",
+        "clear of water or people, else where it is, and it says so",
         "simulation/tests/landing.rs",
         "where_no_ground_is_free_near_by_it_lands_and_says_so",
     ),

@@ -89,7 +89,7 @@ fn a_skill_manager_that_dies_while_the_gripper_opens_makes_it_no_second_one() {
     assert!(simulation.fly_until("step 4 of 4: release the load", LIMIT), "{}", simulation.decision_log());
     simulation.pass(Duration::from_millis(300));
     simulation.inject_fault("gripper_stuck", &["on"]);
-    simulation.restart("skill-manager", Duration::from_millis(300), Memory::Kept);
+    simulation.restart("skill-manager", Duration::from_millis(300), Memory::Restored);
     simulation.pass(Duration::from_secs(4));
     assert_eq!(simulation.release_commands(), 1, "{}", simulation.decision_log());
     simulation.inject_fault("gripper_stuck", &["off"]);

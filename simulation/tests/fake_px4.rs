@@ -270,7 +270,7 @@ fn a_px4_that_is_started_again_has_another_frame_and_nothing_old_is_said_of_it()
     assert_eq!(flight.answer_to(Command::Land).result(), v1::CommandResult::Rejected);
     flight.trouble(Trouble::Silent(false));
     flight.trouble(Trouble::Restarts);
-    flight.until("a word of it", |it| it.status.as_ref().is_some_and(|it| at < it.0));
+    flight.until("its first word", |it| it.status.as_ref().is_some_and(|it| at < it.0));
     assert_eq!(flight.status().frame_epoch, 0, "it does not know where it is");
     flight.until("it knows where it is", |it| it.status().frame_epoch != 0);
     assert_ne!(flight.status().frame_epoch, before);

@@ -22,7 +22,7 @@ const BEGIN: &str = "<!-- forecast -->\n";
 const END: &str = "<!-- end of forecast -->";
 const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/planning.md");
 /// No forecast says less than is used by more than this, in per cent. (ENG: the reserve is 25 % of the battery; a mission that uses all the rest
-/// would take less than a third of it.)
+/// would take less than a third of that.)
 const TOO_BOLD_PERCENT: f64 = 10.0;
 /// Nor more by more than this: a mission that can be flown would be refused.
 const TOO_CAREFUL_PERCENT: f64 = 25.0;

@@ -108,7 +108,7 @@ fn nothing_is_flown_to_in_a_frame_that_has_moved() {
     simulation.inject_fault("frame_jump", &["0", "-40", "0"]);
     simulation.pass(s(5));
     simulation.inject_fault("battery", &["0.2"]);
-    // Nobody knows what is below: that it is the sea is no mistake of a response.
+    // Nobody knows what is below: landing in the sea is not a mistake of a response.
     let report = simulation.fly(LIMIT).expect("it comes down");
     let log = simulation.decision_log();
     assert_eq!(report.outcome(), Emergency, "{log}");

@@ -58,7 +58,7 @@ fn a_manager_that_is_killed_inside_has_its_permission_when_it_is_back() {
     let mut simulation = inside();
     // The second time before it has heard the tower.
     for time in [DEAD, DEAD, Duration::from_secs(5)] {
-        simulation.restart("mcm", time, Memory::Kept);
+        simulation.restart("mcm", time, Memory::Restored);
         simulation.pass(time + Duration::from_millis(50));
     }
     let report = simulation.fly(LIMIT).expect("the mission ends");
@@ -81,7 +81,7 @@ fn without_memory_and_tower_it_leaves() {
 #[test]
 fn what_was_revoked_while_the_manager_was_dead_is_left() {
     let mut simulation = inside();
-    simulation.restart("mcm", Duration::from_secs(3), Memory::Kept);
+    simulation.restart("mcm", Duration::from_secs(3), Memory::Restored);
     simulation.decide("A", Decision::Revoke);
     leaves(&mut simulation, 30);
 }
@@ -94,7 +94,7 @@ fn what_was_revoked_while_everybody_on_board_was_dead_is_not_entered_before_the_
         simulation.pass(Duration::from_millis(200));
     }
     for node in ["mcm", "planner", "skill-manager", "monitor"] {
-        simulation.restart(node, Duration::from_secs(15), Memory::Kept);
+        simulation.restart(node, Duration::from_secs(15), Memory::Restored);
     }
     simulation.pass(Duration::from_secs(5));
     simulation.decide("A", Decision::Revoke);
@@ -128,8 +128,8 @@ fn a_return_leads_round_an_area_before_the_planner_is_heard_again() {
         }
         simulation.order(Verb::Return(v1::ReturnHome { overrides: false }));
         simulation.pass(Duration::from_secs(1));
-        simulation.restart("planner", Duration::from_secs(100), Memory::Kept);
-        simulation.restart("mcm", DEAD, Memory::Kept);
+        simulation.restart("planner", Duration::from_secs(100), Memory::Restored);
+        simulation.restart("mcm", DEAD, Memory::Restored);
         simulation.pass(Duration::from_secs(15));
         let north_m = simulation.position().map_or(0.0, |it| it.north_m);
         assert!(north_m < 260.0, "at {north_m} m:\n{}", simulation.decision_log());
@@ -146,7 +146,7 @@ fn a_leave_that_was_under_way_goes_on_after_a_restart() {
     let mut simulation = inside();
     simulation.decide("A", Decision::Revoke);
     simulation.pass(Duration::from_secs(1));
-    simulation.restart("mcm", DEAD, Memory::Kept);
+    simulation.restart("mcm", DEAD, Memory::Restored);
     leaves(&mut simulation, 30);
 }
 
@@ -159,7 +159,7 @@ fn killed_inside_without_tower(clock_ms: i64) -> Simulation<'static> {
     simulation.decide_for("A", Decision::Grant, Some(120.0));
     simulation.pass(Duration::from_secs(2));
     simulation.freeze("control-tower", LIMIT);
-    simulation.restart("mcm", DEAD, Memory::Kept);
+    simulation.restart("mcm", DEAD, Memory::Restored);
     if clock_ms != 0 {
         simulation.set_clock(clock_ms);
     }
@@ -180,7 +180,7 @@ fn with_a_silent_tower_it_stays_until_the_permission_that_it_remembers_ends() {
 #[test]
 fn a_clock_that_was_set_on_while_the_manager_was_dead_ends_no_permission_that_the_tower_repeats() {
     let mut simulation = inside();
-    simulation.restart("mcm", DEAD, Memory::Kept);
+    simulation.restart("mcm", DEAD, Memory::Restored);
     simulation.set_clock(3_600_000);
     simulation.pass(Duration::from_secs(20));
     breached_nothing(&simulation);
@@ -251,7 +251,7 @@ fn a_permission_whose_renewal_is_refused_is_left_before_it_expires() {
     assert!(log.contains("asking for area A again before its permission expires"), "{log}");
 }
 
-/// Fails unless the vehicle is out of this area when a grant for so many seconds ends that no request moves.
+/// Fails unless the vehicle is out of this area when a grant for `seconds` ends that no request moves.
 #[track_caller]
 fn is_out_when_the_grant_ends(simulation: &mut Simulation<'_>, east_m: Range<f64>, north_m: f64, seconds: u16) {
     simulation.decide_for("A", Decision::Grant, Some(f64::from(seconds)));

@@ -37,7 +37,7 @@ fn is_quiet(simulation: &mut Simulation<'_>) {
 /// These processes die, and are started again with what they had saved.
 fn restart(simulation: &mut Simulation<'_>, dead: &[&str]) {
     for process in dead {
-        simulation.restart(process, Duration::from_millis(400), Memory::Kept);
+        simulation.restart(process, Duration::from_millis(400), Memory::Restored);
     }
 }
 
@@ -100,7 +100,7 @@ fn not_even_an_empty_battery_fights_a_pilot_and_an_order_does() {
     let mut simulation = at("step 4 of 5", 10);
     simulation.inject_fault("battery", &["0.24"]);
     assert!(simulation.fly_until("`battery_low`: divert", LIMIT), "\n{}", simulation.decision_log());
-    // Not before the command of the diversion itself: whoever commands last has the vehicle.
+    // Not before the command of the diversion itself: the last commander has the vehicle.
     simulation.pass(Duration::from_secs(3));
     simulation.inject_fault("pilot_takes_over", &["hold"]);
     is_quiet(&mut simulation);
@@ -240,7 +240,7 @@ fn what_a_failsafe_interrupts_is_flown_once_it_is_over() {
     }
 }
 
-/// That it was interrupted is no failure of what is flown, however often that happens.
+/// An interruption is not a failure of what is flown, however often it happens.
 #[test]
 fn failsafes_one_after_the_other_cost_a_response_time_and_nothing_else() {
     #[track_caller]

@@ -64,7 +64,7 @@ fn scripts() -> [(&'static str, Script); 3] {
     let script = |seed, troubles| Script::new(seed, mission(), Policy::Grant, Machine::Ideal, troubles);
     let kill = |at_s, process: &str| {
         let time = Duration::from_millis(300);
-        (seconds(at_s), Trouble::Kill { process: process.to_owned(), time, memory: Memory::Kept })
+        (seconds(at_s), Trouble::Kill { process: process.to_owned(), time, memory: Memory::Restored })
     };
     let battery = Trouble::Fault { name: "battery".into(), args: vec!["0.2".into()] };
     let revoked = Trouble::Decide { area: "gate".into(), decision: Decision::Revoke, valid_for_s: None };

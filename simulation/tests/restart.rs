@@ -76,7 +76,7 @@ fn a_manager_without_its_memory_holds_until_an_operator_lets_it_go_on() {
     succeeds(simulation, "a manager without its memory");
 }
 
-/// The ground's end of the link hangs for so long, and the monitor dies this long after that.
+/// The ground's end of the link hangs for `cut_s`, and the monitor dies `dies_after_s` after that.
 fn cut_and_monitor_dies(cut_s: u64, dies_after_s: u64) -> Simulation<'static> {
     let mut simulation = when("step 3 of 5");
     simulation.freeze("gateway", Duration::from_secs(cut_s));

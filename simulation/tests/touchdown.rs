@@ -121,7 +121,7 @@ fn a_takeoff_that_lands_again_does_so_also_if_the_mission_manager_dies() {
         let mut simulation = when("step 1 of 3: takeoff", |it| 0.3 < it);
         simulation.order(RETURN);
         simulation.pass(Duration::from_millis(after_ms));
-        simulation.restart("mcm", Duration::from_millis(300), Memory::Kept);
+        simulation.restart("mcm", Duration::from_millis(300), Memory::Restored);
         let highest_m = highest_m(&mut simulation, Duration::from_secs(60));
         let log = || format!("after {after_ms} ms\n{}", simulation.decision_log());
         assert!(highest_m < 1.8 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
@@ -219,7 +219,7 @@ fn a_return_that_did_not_come_home_says_where_it_came_down() {
 fn what_the_autopilot_has_ended_stays_ended_if_its_disarming_is_rejected_or_the_skill_manager_dies() {
     let troubles: [(&str, Happens); 2] = [
         ("rejected", |it| it.inject_fault("reject_acks", &["1"])),
-        ("killed", |it| it.restart("skill-manager", Duration::from_millis(300), Memory::Kept)),
+        ("killed", |it| it.restart("skill-manager", Duration::from_millis(300), Memory::Restored)),
     ];
     for (what, trouble) in troubles {
         for (begins_ms, lasts_ms) in [(400, 700), (1000, 700), (1700, 1700)] {

@@ -154,7 +154,7 @@ fn the_story_of_a_flight_tells_troubles_and_decisions_by_time() {
     let flight = reference(1, vec![obstacle]);
     let story = flight.story();
     assert!(story.is_sorted_by_key(|(at, _)| *at));
-    let trouble = story.iter().position(|(_, what)| what == "trouble: flag obstacle").expect("it is told");
+    let trouble = story.iter().position(|(_, what)| what == "trouble: flag obstacle").expect("it is in the story");
     let (_, answer) =
         story[trouble..].iter().find(|(_, what)| what.starts_with("contingency: ")).expect("it is answered");
     assert!(answer.contains("obstacle"), "{answer}");

@@ -90,7 +90,7 @@ impl ComesBack {
         self.hears(now, if is_ground { Side::Ground } else { Side::OnBoard })
     }
 
-    /// Somebody of that side is heard; who of it should have been as well.
+    /// A process of that side is heard. Returns the others of that side that should have been heard too.
     fn hears(&mut self, now: Time, from: Side) -> Vec<Violation> {
         let before = self.heard.insert(from, now);
         if before.is_none_or(|it| it + self.pace.wall(DEAF) < now) {

@@ -52,7 +52,7 @@ pub struct Oracle {
     manager_said: Option<Time>,
     /// What it said of the end of the mission before the power was lost.
     over: Option<v1::McmStatus>,
-    /// When the mission manager was last heard, or nothing was to be expected of it.
+    /// When the mission manager was last heard, or last not expected to speak.
     manager_heard: Time,
     position: Option<Ned>,
     position_heard: Time,
@@ -151,7 +151,7 @@ impl Oracle {
         }
     }
 
-    /// A trouble begins: an order may take longer, or is forgotten with the state that held it, aloud.
+    /// A trouble begins: an order may take longer, or is lost with its state, which the system reports.
     pub fn troubled(&mut self, now: Now, trouble: &Trouble) {
         self.orders.troubled(trouble);
         self.stays_down.troubled(now.time, trouble);
@@ -174,7 +174,7 @@ impl Oracle {
         self.manager.memory.as_ref().is_some_and(|it| !it.failing.is_empty())
     }
 
-    /// An operator gives an order; it is not known yet what comes of it.
+    /// An operator gives an order; its outcome is not known yet.
     pub fn given(&mut self, now: Time, order: Order) {
         self.orders.given(now, order);
     }

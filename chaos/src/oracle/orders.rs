@@ -100,8 +100,8 @@ impl Orders {
         self.in_force = Some((order, now + limit + self.interruption));
     }
 
-    /// A trouble begins: an order may take longer, or is forgotten with the state that held it, aloud. While the link is lost the
-    /// vehicle may hold.
+    /// A trouble begins: an order may take longer, or is lost with its state, which the system reports. While the link
+    /// is lost the vehicle may hold.
     pub(super) fn troubled(&mut self, trouble: &Trouble) {
         let is_forgotten =
             matches!(trouble, Trouble::GarbledState(Victim::Mcm | Victim::Onboard, _) | Trouble::FullDisk(_));

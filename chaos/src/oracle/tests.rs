@@ -324,10 +324,10 @@ fn who_is_lost_has_a_successor_in_time_as_far_as_others_beside_it_are_heard() {
     const OTHERS: [(&str, u32); 2] = [("monitor", 2), ("control-tower", 4)];
     let back = [ALL.as_slice(), &[("planner", 7), ("gateway", 8)]].concat();
     for victim in [Victim::Planner, Victim::Gateway] {
-        let is_not_back = format!("{victim} was lost, and at 86 s no successor of it had been heard");
+        let is_not_back = format!("{victim} was lost, and at 86 s its successor had not been heard");
         check(victim, |it| beat(it, 8, &OTHERS), &[]);
         check(victim, |it| beat(it, 60, &OTHERS), &[&is_not_back]);
-        // Its own last words are no successor.
+        // Its own last heartbeats do not count as a successor.
         check(victim, |it| beat(it, 60, &ALL), &[&is_not_back]);
         check(
             victim,
@@ -390,7 +390,7 @@ fn who_is_lost_has_a_successor_in_time_as_far_as_others_beside_it_are_heard() {
     check(Victim::Planner, |it| beat(it, 60, &[("control-tower", 4)]), &[]);
     check(Victim::Router, |it| beat(it, 60, &OTHERS), &[]);
     // The ground's router is there when anybody behind it is heard, but for what was under way.
-    let is_not_back = "ground-router was lost, and at 86 s no successor of it had been heard";
+    let is_not_back = "ground-router was lost, and at 86 s its successor had not been heard";
     check(Victim::GroundRouter, |it| beat(it, 60, &[("monitor", 2)]), &[is_not_back]);
     check(
         Victim::GroundRouter,

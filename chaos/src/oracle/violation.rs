@@ -59,7 +59,7 @@ pub enum Violation {
     },
     /// The launcher gave up, or the system did not come back.
     NotKeptUp(String),
-    /// A process was lost, and others on its side were heard, and no successor of it for too long.
+    /// A process was lost. Others on its side were heard, its successor not for too long.
     NotBack {
         /// Which.
         victim: Victim,
@@ -95,7 +95,7 @@ impl fmt::Display for Violation {
             }
             Violation::NotKeptUp(last_words) => write!(f, "the system was not kept up: {last_words}"),
             Violation::NotBack { victim, at } => {
-                write!(f, "{victim} was lost, and at {:.0} s no successor of it had been heard", s(at))
+                write!(f, "{victim} was lost, and at {:.0} s its successor had not been heard", s(at))
             }
             Violation::NeverEnded(how) => write!(f, "it neither landed nor holds for a reason: {how}"),
         }

@@ -180,7 +180,7 @@ impl Scene {
                 _ => UnixStream::connect(router).map(|it| Box::new(it) as Box<dyn Write>),
             };
             let Ok(mut door) = door else { continue };
-            // To hang up on a stranger is right, so an error here is none.
+            // The other end may hang up on a stranger, so ignore an error here.
             let _ = door.write_all(&garbage);
             doors.push(door);
         }
@@ -220,7 +220,7 @@ impl Scene {
         self.note(Some("nothing was there to revoke".to_owned()));
     }
 
-    /// Gives the order once, and does not wait for what comes of it.
+    /// Gives the order once, and does not wait for its outcome.
     fn order_once(&self, order: Order) {
         let scene = self.clone();
         std::thread::spawn(move || {

@@ -22,7 +22,7 @@ impl Flight<'_> {
         match self.oracle.state(now) {
             State::Waits(reason) => Some(format!("on the ground, {reason}")),
             // With a launcher its exit code says so.
-            State::Over(outcome) if matches!(self.system, Some(System::Kept(_))) => {
+            State::Over(outcome) if matches!(self.system, Some(System::Supervised(_))) => {
                 self.oracle.over(outcome);
                 Some(self.after_hold(match outcome {
                     MissionOutcome::Success => "achieved".to_owned(),

@@ -21,7 +21,7 @@ pub(crate) enum Heard {
     Lost { victim: Victim, id: u32, how: How },
     /// A stopped process goes on.
     Continued { id: u32 },
-    /// An order is about to be given; it is not known yet what comes of it.
+    /// An order is about to be given; its outcome is not known yet.
     Given(Order),
     /// The sender of an order has an answer.
     Answered { order: Order, accepted: bool },

@@ -30,7 +30,7 @@ impl Losses {
         self.0.push(Pending { id, at: Instant::now(), path_m, loss });
     }
 
-    /// One that was not missed long enough is none that was lost.
+    /// A process that was not missed long enough does not count as lost.
     pub(super) fn continued(&mut self, id: u32) {
         self.0.retain(|it| it.id != id || it.loss.detected_s.is_some());
     }
@@ -46,7 +46,7 @@ impl Losses {
             How::Hung => line.starts_with(&format!("{} does not answer ", it.loss.victim)),
             _ => line.starts_with(&format!("{} ended ", it.loss.victim)),
         };
-        // One that is back was noticed, be it by nobody who says so: a process that was stopped and then killed.
+        // A process that is back was noticed, even without a message: one that was stopped and then killed.
         let is_open = |it: &&mut Pending| it.loss.detected_s.is_none() && it.loss.resumed_s.is_none();
         if let Some(it) = self.0.iter_mut().filter(is_open).find(noticed) {
             it.loss.detected_s = Some(it.at.elapsed().as_secs_f64());

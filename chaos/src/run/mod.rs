@@ -152,7 +152,7 @@ impl Flight<'_> {
         }
     }
 
-    /// What came of it. A system that has been up and could not go on is held against the run, with all that was found before.
+    /// The result. A system that was up and could not go on counts against the run, with all earlier findings.
     fn conclude(mut self, end: Result<String, String>, schedule: Schedule, wall: Duration) -> Result<Run, String> {
         let is_interrupted = self.is_interrupted();
         let outcome = match end {
@@ -185,7 +185,7 @@ impl Flight<'_> {
         Ahead { aircraft_ms: ahead_ms(Side::Aircraft), ground_ms: ahead_ms(Side::Ground) }
     }
 
-    /// Whether it is the system of now, not one from before a loss of power.
+    /// Whether it is the current system, not one from before a loss of power.
     fn is_current(&self, id: u32) -> bool {
         self.system.as_ref().is_some_and(|it| it.id() == id)
     }
@@ -309,7 +309,7 @@ impl Flight<'_> {
         while let Ok(heard) = self.heard.recv_timeout(until.saturating_duration_since(Instant::now())) {
             match heard {
                 Heard::Line(_, line) | Heard::Note(line) => self.tell(line),
-                // What was accepted before counts afterwards; and who has an answer, be it none, waits no longer.
+                // An order accepted before counts afterwards. An answered order, even with "none", is settled.
                 order @ (Heard::Given(_) | Heard::Answered { .. } | Heard::Ordered { accepted: true, .. }) => {
                     self.on(order)?;
                 }

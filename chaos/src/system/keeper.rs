@@ -16,7 +16,7 @@ use bus::Scope;
 use kittiwake::backend::Backend;
 use kittiwake::service::Service;
 
-use super::kept::{Kept, START_LIMIT, Spec};
+use super::kept::{START_LIMIT, Spec, SupervisedProcess};
 use super::{Reach, Setup, VEHICLE};
 use crate::clock::Side;
 use crate::link::FaultyLink;
@@ -77,7 +77,7 @@ impl Shared {
         *until
     }
 
-    fn update(&self, kept: &[Kept]) {
+    fn update(&self, kept: &[SupervisedProcess]) {
         let running = kept.iter().filter_map(|it| Some((it.spec.name.to_owned(), (it.id()?, it.is_ready()))));
         *self.0.running.lock().unwrap_or_else(|it| it.into_inner()) = running.collect();
     }
@@ -117,7 +117,7 @@ struct All {
     heard: SyncSender<Heard>,
     shared: Shared,
     id: u32,
-    kept: Vec<Kept>,
+    kept: Vec<SupervisedProcess>,
 }
 
 impl All {
@@ -139,7 +139,7 @@ impl All {
             // It was not to be up any more.
             Err(_) => {}
         }
-        self.kept.iter_mut().for_each(Kept::kill);
+        self.kept.iter_mut().for_each(SupervisedProcess::kill);
     }
 
     fn say(&self, text: String) {
@@ -151,7 +151,7 @@ impl All {
         let Self { setup, heard, id, kept, shared } = self;
         if let Some(until) = shared.companion_off_until() {
             let is_on_companion =
-                |it: &&mut Kept| Victim::ON_COMPANION.iter().any(|victim| victim.name() == it.spec.name);
+                |it: &&mut SupervisedProcess| Victim::ON_COMPANION.iter().any(|victim| victim.name() == it.spec.name);
             kept.iter_mut().filter(is_on_companion).for_each(|it| it.stay_off_until(until));
         }
         let said: Vec<String> = kept.iter_mut().filter_map(|it| it.tend(setup, heard, *id)).collect();
@@ -188,7 +188,7 @@ impl All {
 
     /// Keeps up a process that was not there before; what it says.
     fn keep(&mut self, spec: Spec) -> Result<Receiver<String>, String> {
-        let (kept, lines) = Kept::new(spec, &self.setup)?;
+        let (kept, lines) = SupervisedProcess::new(spec, &self.setup)?;
         self.kept.push(kept);
         self.tend();
         Ok(lines)

@@ -32,7 +32,7 @@ pub(super) struct Spec {
 }
 
 /// A process that is kept up; it ends with the value.
-pub(super) struct Kept {
+pub(super) struct SupervisedProcess {
     pub(super) spec: Spec,
     state: State,
     /// Where its signs of life come.
@@ -54,17 +54,17 @@ enum State {
     Due(Instant),
 }
 
-impl Kept {
+impl SupervisedProcess {
     /// One that is started as soon as it is looked after. What it says on its standard output comes back as well, to be looked
     /// through for an address; it may say that more than once, since one that ends is started again.
-    pub(super) fn new(spec: Spec, setup: &Setup) -> Result<(Kept, Receiver<String>), String> {
+    pub(super) fn new(spec: Spec, setup: &Setup) -> Result<(SupervisedProcess, Receiver<String>), String> {
         let socket = setup.scratch.join(format!("{}.notify", spec.name));
         // Left by a loss of power.
         let _ = std::fs::remove_file(&socket);
         let signs = UnixDatagram::bind(&socket).and_then(|it| it.set_nonblocking(true).map(|()| it));
         let signs = signs.map_err(|it| format!("{}: {it}", socket.display()))?;
         let (said, lines) = sync_channel(LINES);
-        Ok((Kept { spec, state: State::Due(Instant::now()), signs, socket, said }, lines))
+        Ok((SupervisedProcess { spec, state: State::Due(Instant::now()), signs, socket, said }, lines))
     }
 
     /// The process id, while it runs.
@@ -154,7 +154,7 @@ impl Kept {
     }
 }
 
-impl Drop for Kept {
+impl Drop for SupervisedProcess {
     fn drop(&mut self) {
         self.kill();
         if let State::Runs { process, .. } = &mut self.state {
@@ -198,7 +198,7 @@ mod tests {
         let (setup, (sender, heard)) = (Setup::made_up("/bin/sh", &folder.0), sync_channel(100));
         let args = vec!["echo listens at 7; exit 3".into()];
         let spec = Spec { name: "router", subcommand: "-c", side: Side::Aircraft, args };
-        let (mut kept, lines) = Kept::new(spec, &setup).unwrap();
+        let (mut kept, lines) = SupervisedProcess::new(spec, &setup).unwrap();
         assert_eq!(kept.tend(&setup, &sender, 1), None);
         assert_eq!(lines.recv_timeout(START_LIMIT).as_deref(), Ok("listens at 7"));
         let mut said = Vec::new();

@@ -34,7 +34,7 @@ const ON_BOARD: &[Topic] = &[
     Topic::VehicleLocalPosition,
     Topic::Heartbeat,
 ];
-/// The same as the ground's side has it: what was granted, whether or not the vehicle has heard of it.
+/// The same on the ground's side: what was granted, whether or not the vehicle has heard that.
 const ON_GROUND: &[Topic] = &[Topic::PermissionLedger, Topic::Heartbeat];
 /// Services whose heartbeats are the ground's.
 const GROUND_SERVICES: [&str; 2] = ["control-tower", "gateway"];
@@ -92,7 +92,7 @@ impl Setup {
     pub(crate) fn start(self: &Arc<Setup>, heard: &SyncSender<Heard>) -> Result<System, String> {
         match self.layout {
             Layout::OneRouter | Layout::Composed => Launcher::start(self, heard).map(System::Launched),
-            Layout::TwoRouters => Ok(System::Kept(Keeper::start(self, heard))),
+            Layout::TwoRouters => Ok(System::Supervised(Keeper::start(self, heard))),
         }
     }
 }
@@ -112,7 +112,7 @@ pub(crate) struct Reach {
 /// A running system; it ends with the value.
 pub(crate) enum System {
     Launched(Launcher),
-    Kept(Keeper),
+    Supervised(Keeper),
 }
 
 impl System {
@@ -120,7 +120,7 @@ impl System {
     pub(crate) fn id(&self) -> u32 {
         match self {
             System::Launched(it) => it.id(),
-            System::Kept(it) => it.id(),
+            System::Supervised(it) => it.id(),
         }
     }
 
@@ -128,7 +128,7 @@ impl System {
     pub(crate) fn processes(&self) -> Processes {
         match self {
             System::Launched(it) => Processes::OfLauncher(it.id()),
-            System::Kept(it) => Processes::Kept(it.processes()),
+            System::Supervised(it) => Processes::Supervised(it.processes()),
         }
     }
 
@@ -136,7 +136,7 @@ impl System {
     pub(crate) fn cut_power(self) {
         match self {
             System::Launched(it) => it.cut_power(),
-            System::Kept(it) => drop(it),
+            System::Supervised(it) => drop(it),
         }
     }
 
@@ -144,7 +144,7 @@ impl System {
     pub(crate) fn exit_code(&mut self) -> Option<i32> {
         match self {
             System::Launched(it) => it.exit_code(),
-            System::Kept(_) => None,
+            System::Supervised(_) => None,
         }
     }
 }
@@ -153,7 +153,7 @@ impl System {
 #[derive(Debug, Clone)]
 pub(crate) enum Processes {
     OfLauncher(u32),
-    Kept(keeper::Shared),
+    Supervised(keeper::Shared),
 }
 
 impl Processes {
@@ -161,7 +161,7 @@ impl Processes {
     pub(crate) fn list(&self) -> Vec<(String, u32)> {
         match self {
             Processes::OfLauncher(id) => launcher::children(*id),
-            Processes::Kept(shared) => shared.list(),
+            Processes::Supervised(shared) => shared.list(),
         }
     }
 
@@ -174,7 +174,7 @@ impl Processes {
     pub(crate) fn is_ready(&self, id: u32) -> bool {
         match self {
             Processes::OfLauncher(_) => true,
-            Processes::Kept(shared) => shared.is_ready(id),
+            Processes::Supervised(shared) => shared.is_ready(id),
         }
     }
 
@@ -182,7 +182,7 @@ impl Processes {
     pub(crate) fn is_companion_off(&self) -> bool {
         match self {
             Processes::OfLauncher(_) => false,
-            Processes::Kept(shared) => shared.companion_off_until().is_some(),
+            Processes::Supervised(shared) => shared.companion_off_until().is_some(),
         }
     }
 
@@ -190,7 +190,7 @@ impl Processes {
     pub(crate) fn take_down_companion(&self, until: Instant) {
         match self {
             Processes::OfLauncher(_) => {}
-            Processes::Kept(shared) => shared.take_down_companion(until),
+            Processes::Supervised(shared) => shared.take_down_companion(until),
         }
     }
 
@@ -198,7 +198,7 @@ impl Processes {
     pub(crate) fn are_kept_up(&self) -> bool {
         match self {
             Processes::OfLauncher(id) => is_there(*id),
-            Processes::Kept(shared) => shared.is_kept_up(),
+            Processes::Supervised(shared) => shared.is_kept_up(),
         }
     }
 }

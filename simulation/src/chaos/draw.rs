@@ -260,7 +260,7 @@ fn trouble(dice: &mut Dice, subject: &Subject<'_>) -> Trouble {
         }
         9 | 10 => {
             let (process, time) = (dice.one_of(&KILLED).to_owned(), Duration::from_millis(dice.one_of(&DEAD_MS)));
-            let memory = if dice.sometimes(25) { Memory::Lost } else { Memory::Kept };
+            let memory = if dice.sometimes(25) { Memory::Lost } else { Memory::Restored };
             Trouble::Kill { process, time, memory }
         }
         11 => disturbance(dice),

@@ -148,8 +148,8 @@ fn perform(simulation: &mut Simulation<'_>, script: &Script) {
     simulation.pass(AFTER);
 }
 
-/// A lowering that the bus lost, or that came while its receiver was dead, is repeated by whoever sees the flag still up: nothing on board
-/// takes down what was raised by hand.
+/// A lowering that the bus lost, or that came while its receiver was dead, is repeated by an operator who sees the flag
+/// still up: nothing on board takes down what was raised by hand.
 fn fly_to_the_end(simulation: &mut Simulation<'_>, script: &Script) {
     let end = simulation.now() + LIMIT;
     while simulation.report().is_none() && simulation.now() < end {

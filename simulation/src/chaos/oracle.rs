@@ -1,4 +1,4 @@
-//! What there is against a flight: a pure function of what was seen of it.
+//! What there is against a flight: a pure function of its observations.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ use super::ending::Ending;
 use super::script::Script;
 use crate::bounds::Excursion;
 
-/// Decisions that are told with a finding.
+/// Decisions that are reported with a finding.
 const BEFORE: usize = 10;
 
 /// A decision and when.
@@ -45,7 +45,7 @@ pub struct Evidence {
 /// What a flight must keep to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rule {
-    /// Never in an area without a permission, and out of it in time.
+    /// Never in an area without a permission, and out in time.
     Airspace,
     /// No takeoff after the end, or in answer to a flag.
     Takeoff,
@@ -95,7 +95,7 @@ pub fn judge(script: &Script, seen: &Evidence) -> Vec<Finding> {
         findings.push(Finding { seed: script.seed, rule, at, process, what, before });
     };
     if let Some(panic) = &seen.panic {
-        // What would have come of it is not known.
+        // The flight's outcome is not known.
         find(Rule::Panic, seen.until, None, format!("a process panicked: {panic}"));
         return findings;
     }
@@ -144,7 +144,7 @@ fn rule(breach: &Breach) -> Rule {
         Breach::Truth { rule, .. } => Rule::Truth(*rule),
         Breach::Entered { .. } | Breach::Stayed { .. } | Breach::Unlisted { .. } => Rule::Airspace,
         Breach::TookOff { .. } => Rule::Takeoff,
-        // Whoever flies the vehicle responds.
+        // The one who flies the vehicle responds.
         Breach::NoResponder { .. } | Breach::Fought { .. } | Breach::EndedFailsafe { .. } => Rule::Response,
     }
 }

@@ -56,7 +56,7 @@ const MISLEADING: [(&str, Option<&str>); 13] = [
     ("steering_error", None),
     ("motor_failure", None),
     ("wind", None),
-    // Whoever else flies it does so where he wants.
+    // Another pilot flies it where he wants.
     ("pilot_takes_over", None),
     ("autopilot_failsafe", None),
     ("freeze", Some("vehicle_local_position")),

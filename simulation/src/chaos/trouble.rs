@@ -130,7 +130,7 @@ mod tests {
         check(Trouble::Hang { process: "mcm".into(), time: Duration::from_secs(4) }, "mcm hangs for 4 s");
         let time = Duration::from_millis(300);
         let kill = |memory| Trouble::Kill { process: "planner".into(), time, memory };
-        check(kill(Memory::Kept), "planner is killed, and is there again with its memory after 0.3 s");
+        check(kill(Memory::Restored), "planner is killed, and is there again with its memory after 0.3 s");
         check(kill(Memory::Lost), "planner is killed, and is there again without its memory after 0.3 s");
         let disturbance = Disturbance { seed: 1, lost: 0.1, twice: 0.05, late: Duration::from_millis(40) };
         let expected = "for 9 s 10 % of all messages are lost and 5 % come twice, each late by up to 40 ms";

@@ -45,7 +45,7 @@ pub struct Case {
     pub second: Option<(usize, Duration)>,
 }
 
-/// What came of it.
+/// Its result.
 #[derive(Debug, Clone)]
 pub struct Flown {
     /// What was flown.
@@ -137,7 +137,7 @@ impl Watch<'_> {
         }
     }
 
-    /// A row that holds on the way and is none of those that are raised: the least urgent.
+    /// A row that holds on the way and is not raised: the least urgent.
     fn least_severe(&self) -> Option<usize> {
         let is_raised =
             |row: usize| row == self.case.first || self.case.second.is_some_and(|(second, _)| row == second);
@@ -313,8 +313,8 @@ fn is_over(simulation: &Simulation<'_>) -> bool {
     seen.is_down() && (seen.report.is_some() || !seen.manager.ends.is_empty())
 }
 
-/// Whether the response of `row` brings the vehicle down: not where it is left to whoever flies, which a flag raised by hand has not
-/// made anybody do.
+/// Whether the response of `row` brings the vehicle down: not where it is left to another pilot, because a flag raised
+/// by hand makes nobody fly.
 fn comes_down(row: &Row) -> bool {
     row.severity().comes_down() && !LEFT_TO_OTHERS.contains(&row.flag.as_str())
 }

@@ -19,7 +19,7 @@ const LONGEST: u32 = 64 << 20;
 /// In place of a length: the end.
 const END: u32 = u32::MAX;
 
-/// Why a file is no recording that can be replayed.
+/// Why a file is not a recording that can be replayed.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {what}", path.display())]
 pub struct Unreadable {
@@ -73,7 +73,7 @@ impl<W: Write> Writer<W> {
 /// Reads a whole recording.
 ///
 /// # Errors
-/// If it is none, is of another format, is cut off, or holds what makes no sense; with the place.
+/// If it is not one, is of another format, is cut off, or makes no sense; with the place.
 pub fn read(path: &Path) -> Result<(Header, Vec<Entry>), Unreadable> {
     let unreadable = |what: String| Unreadable { path: path.to_owned(), what };
     let file = regular_file::open(path).map_err(|it| unreadable(format!("cannot be read: {it}")))?;

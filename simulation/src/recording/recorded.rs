@@ -78,7 +78,7 @@ impl<N: Node, S: Sink> Recorded<N, S> {
 }
 
 /// What a node has decided, in words: what it says about it, what it asks of others, what it answers. Its status and its tree follow
-/// from these, and hold how long its ticks have taken, which is no decision.
+/// from these, and hold how long its ticks have taken, which is not a decision.
 pub(super) fn decision(effect: &Effect) -> Option<String> {
     match effect {
         Effect::Publish { message: Message::DecisionRecord(it), .. } => {

@@ -19,7 +19,7 @@ use crate::{Machine, Setup};
 /// Why nothing was compared.
 #[derive(Debug, thiserror::Error)]
 pub enum Refusal {
-    /// The file is no recording, or not a whole one.
+    /// The file is not a recording, or not a whole one.
     #[error(transparent)]
     Unreadable(#[from] file::Unreadable),
     /// What it holds cannot be flown by this program.
@@ -120,7 +120,7 @@ fn planner(files: &Files, pace: Pace) -> planner::Planner {
 
 fn nodes(header: &Header) -> Result<Nodes, Refusal> {
     let other = |what: &str| Refusal::Other(what.to_owned());
-    let pace = Pace::new(header.speed).ok_or_else(|| other("the speed in the recording is none"))?;
+    let pace = Pace::new(header.speed).ok_or_else(|| other("the speed in the recording is invalid"))?;
     // One recording may be replayed twice at once.
     static REPLAYS: AtomicU64 = AtomicU64::new(0);
     let number = REPLAYS.fetch_add(1, Relaxed);
@@ -137,7 +137,7 @@ fn nodes(header: &Header) -> Result<Nodes, Refusal> {
     removed.map_err(|it| Refusal::Other(format!("{}: cannot be removed: {it}", folder.display())))?;
     let tower_key = match header.tower_key.as_str() {
         "" => None,
-        key => Some(key.parse().map_err(|_| other("the tower's key in the recording is none"))?),
+        key => Some(key.parse().map_err(|_| other("the tower's key in the recording is invalid"))?),
     };
     let mcm = manager(&files, &header.vehicle, header.instance, pace, tower_key)?;
     let planner = planner(&files, pace);

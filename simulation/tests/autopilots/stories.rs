@@ -1,4 +1,4 @@
-//! What may happen in a flight, and what comes of it over either autopilot. To add a story, add a row.
+//! What may happen in a flight, and the result over either autopilot. To add a story, add a row.
 
 use std::time::Duration;
 
@@ -30,7 +30,7 @@ struct Story<'a> {
     never: &'a [&'a str],
 }
 
-/// So many seconds after a decision with this text.
+/// This number of seconds after a decision with this text.
 type When<'a> = (&'a str, u64);
 
 /// What happens.

@@ -284,7 +284,7 @@ fn what_is_not_measured_is_not_said() {
     rig.hear(1, 1, 49, &ORIGIN);
     rig.pass(100);
     let count = rig.published.count;
-    // A charge of -1; a land detector that does not know; a position that is no number; (0, 0) without a fix.
+    // A charge of -1; a land detector that does not know; a position that is not a number; (0, 0) without a fix.
     let mut battery = vec![0; 36];
     battery[10..30].copy_from_slice(&[0xFF; 20]);
     battery[35] = 0xFF;

@@ -174,7 +174,7 @@ fn somebody_else_is_not_fought() {
         rig.pass(1.0);
         assert!(rig.status().commanded_by_other, "{kind:?} {:?}", rig.status());
         assert!(rig.status().reason.contains("POS"), "{kind:?} {:?}", rig.status());
-        // The stream goes on, and nothing of it reaches the vehicle.
+        // The stream goes on, and does not reach the vehicle.
         rig.pass(10.0);
         assert!(rig.status().commanded_by_other && rig.speed_m_s() < 0.5, "{kind:?} {}", rig.speed_m_s());
         // An order takes it back.

@@ -14,7 +14,7 @@ use super::simulation;
 /// Every flight of these stories is over by then.
 pub const LIMIT: Duration = Duration::from_secs(2400);
 
-/// So many seconds.
+/// This number of seconds.
 pub const fn s(seconds: u64) -> Duration {
     Duration::from_secs(seconds)
 }
@@ -34,7 +34,7 @@ pub fn when_flown(mut simulation: Simulation<'static>, decided: &str) -> Simulat
 
 /// Kills a process, which is there again with its memory after this time.
 pub fn kill(simulation: &mut Simulation<'_>, process: &str, time: Duration) {
-    simulation.restart(process, time, Memory::Kept);
+    simulation.restart(process, time, Memory::Restored);
 }
 
 /// Flies to the end of the mission: the vehicle is on the ground, nothing forbidden has happened, and these parts were decided in

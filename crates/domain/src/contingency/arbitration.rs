@@ -50,7 +50,7 @@ pub struct Raised {
     pub row: usize,
     /// An operator ordered it with override.
     pub overrides: bool,
-    /// It was up when an operator last ordered something with override, who knew of it.
+    /// It was up, and the operator knew that, at the last order with override.
     pub is_overridden: bool,
     /// The severity of the action that its response has reached, if the response is under way.
     pub under_way: Option<Severity>,

@@ -7,7 +7,7 @@ use serde::Deserialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Group {
-    /// The battery, and what the flight takes out of it.
+    /// The battery, and the energy that the flight takes.
     Energy,
     /// Links to the ground, and the services behind them.
     Link,

@@ -108,8 +108,8 @@ impl Severity {
             }
             Severity::Terminate => "it cannot fly to any place any more, not even to a ditch",
             Severity::Yield => {
-                "whoever has taken the vehicle sees what is wrong as well, and two who fly it at once are worse than either; an operator's \
-                 order alone takes it back"
+                "the pilot who has taken the vehicle sees what is wrong as well, and two controllers are worse than \
+                 one; only an operator's order takes it back"
             }
         })
     }

@@ -52,7 +52,7 @@ pub fn markdown_of(headings: &[&str], rows: &[Vec<String>]) -> String {
     text
 }
 
-/// Its class, and beside which other flags it is no alarm.
+/// Its class, and the flags beside which it is not an alarm.
 fn alarm(row: &Row) -> String {
     if row.explained_by.is_empty() {
         return row.alarm.to_string();

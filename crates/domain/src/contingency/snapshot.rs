@@ -110,7 +110,7 @@ fields! {
     HomeMargin "energy.home_margin_percent" number(Unit::PERCENT, -100.0, 100.0);
     /// The same for the place to land at that leaves most: home, a site, a place of the mission, or one that was ordered.
     PlaceMargin "energy.place_margin_percent" number(Unit::PERCENT, -100.0, 100.0);
-    /// What the flight takes of late, of what the vehicle's figures say. Known after half a minute of flight.
+    /// The recent consumption, as a share of what the vehicle's figures say. Known after half a minute of flight.
     Consumption "energy.consumption_percent" number(Unit::PERCENT, 0.0, 10_000.0);
     /// Mission seconds for which the vehicle could hover here before only the reserve is left.
     Endurance "energy.endurance_s" number(Unit::SECOND, 0.0, 1_000_000.0);
@@ -217,7 +217,7 @@ impl Field {
         self.silence().is_some() || matches!(self, Field::ClockStep | Field::TouchdownSpeed)
     }
 
-    /// A value of it in words, with its unit: `4.20 %`, `offboard`.
+    /// A value of this field in words, with its unit: `4.20 %`, `offboard`.
     pub fn in_words(self, value: f64) -> String {
         match self.kind() {
             Kind::Number { unit, .. } => format!("{value:.2} {unit}"),

@@ -35,7 +35,7 @@ impl Contingencies {
         let File { action: actions, contingency: mut entries, waiver } = source.parse()?;
         let mut mistakes = Vec::new();
         let waivers = waiver::read(source, waiver, &mut mistakes);
-        // One that slows is no tree: the limit is in force beside whatever is flown. One that yields flies nothing.
+        // An action that slows is not a tree: its limit holds beside whatever is flown. One that yields flies nothing.
         let is_tree = |it: &ActionEntry| !matches!(it.severity, Severity::Slow | Severity::Yield);
         for (name, _) in actions.iter().filter(|(_, it)| is_tree(it)) {
             check_tree(source, name, trees, &mut mistakes);
@@ -212,7 +212,7 @@ fn check_twins(source: &Source, entry: &Entry, earlier: &[Entry], mistakes: &mut
         || !flag.chars().all(|it| it.is_ascii_lowercase() || it.is_ascii_digit() || it == '_')
     {
         let help = "a flag is lower-case letters, digits and underscores";
-        mistakes.push(source.mistake(Some(entry.flag.span()), format!("`{flag}` is no flag name"), help));
+        mistakes.push(source.mistake(Some(entry.flag.span()), format!("`{flag}` is not a flag name"), help));
     }
     if earlier.iter().any(|it| it.flag.as_ref() == flag) {
         let message = format!("two rows for the flag `{flag}`");
@@ -368,6 +368,6 @@ then = "resume"
             "actions = [\"yield_control\"]\nemergency = \"yield_control\"",
             "c.toml:28:12: `obstacle` yields, and nobody else flies",
         );
-        check("\"battery_low\"", "\"Battery Low\"", "c.toml:15:8: `Battery Low` is no flag name");
+        check("\"battery_low\"", "\"Battery Low\"", "c.toml:15:8: `Battery Low` is not a flag name");
     }
 }

@@ -53,7 +53,7 @@ pub(super) fn condition(node: &Node) -> Result<Condition, Problem> {
             }
         }
         Part::Number(..) | Part::Negative(_) | Part::Call(..) => {
-            // What is wrong inside of it says more than that it is a number.
+            // A mistake inside says more than that this is a number.
             amount(node)?;
             problem("this is a number, and not yet a condition".into(), "compare it with a field")
         }
@@ -93,12 +93,12 @@ fn amount(node: &Node) -> Result<Measured, Problem> {
         Part::Pair(symbol, left, right) => match Operation::of(*symbol) {
             Some(operation) => calculated(node, operation, left, right),
             None => {
-                let message = "this holds or does not, and is no number";
+                let message = "this holds or does not, and is not a number";
                 Err(Problem::new(node.span.clone(), message, "compare numbers, and join comparisons by `and` and `or`"))
             }
         },
         Part::Not(_) => {
-            let message = "this holds or does not, and is no number";
+            let message = "this holds or does not, and is not a number";
             Err(Problem::new(node.span.clone(), message, "compare numbers, and join comparisons by `and` and `or`"))
         }
         Part::Call(name, arguments) => called(node, name, arguments),
@@ -132,7 +132,7 @@ fn called(node: &Node, name: &str, arguments: &[Node]) -> Result<Measured, Probl
     if !FUNCTIONS.contains(&name) {
         let known: Vec<&str> = FUNCTIONS.iter().copied().chain(["known"]).collect();
         let message = if name == "known" {
-            "`known` holds or does not, and is no number".to_owned()
+            "`known` holds or does not, and is not a number".to_owned()
         } else {
             format!("there is no function `{name}`")
         };

@@ -5,7 +5,7 @@ use super::amount::Amount;
 use super::parser::Node;
 use crate::contingency::snapshot::Kind;
 
-/// Whether a constant that is compared with a field lies in the field's range: outside of it the rule would always hold, or
+/// Whether a constant that is compared with a field lies in the field's range: otherwise the rule would always hold, or
 /// never. Other sides are not judged.
 pub(super) fn range(side: &Amount, constant: &Node, other: &Amount) -> Result<(), Problem> {
     let (Amount::Field(field), Some(value)) = (side, other.constant()) else { return Ok(()) };

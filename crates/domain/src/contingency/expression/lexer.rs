@@ -17,7 +17,7 @@ pub(super) enum Token {
     Symbol(Symbol),
 }
 
-/// The symbols and the words that are none.
+/// The symbols, and the words that stand for symbols.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Symbol {
     Less,
@@ -125,7 +125,7 @@ impl<'a> Lexer<'a> {
         let digits = self.take_while(|it| it.is_ascii_digit() || it == '.');
         let number = digits.parse::<f64>().ok().filter(|it| it.is_finite());
         let Some(number) = number else {
-            let message = format!("`{digits}` is no number");
+            let message = format!("`{digits}` is not a number");
             return Err(Problem::new(
                 from..self.at,
                 message,
@@ -138,7 +138,7 @@ impl<'a> Lexer<'a> {
         })
     }
 
-    /// The unit at this place, if there is one; `and`, `or` and an operator are none.
+    /// The unit at this place, if there is one; `and`, `or` and operators are not units.
     fn unit(&mut self) -> Result<Option<(Unit, f64)>, Problem> {
         let after_number = self.at;
         self.skip_space();

@@ -37,7 +37,7 @@ pub(super) enum Part {
 pub(super) fn parse(text: &str) -> Result<Node, Problem> {
     if LONGEST < text.len() {
         let message = format!("the rule has {} bytes, at most {LONGEST} are read", text.len());
-        return Err(Problem::new(0..text.len(), message, "make two rows of it"));
+        return Err(Problem::new(0..text.len(), message, "split it into two rows"));
     }
     let mut parser = Parser { tokens: tokens(text)?, at: 0, depth: 0, end: text.len() };
     let node = parser.either()?;
@@ -197,7 +197,7 @@ impl Parser {
 
     fn too_deep(&self) -> Problem {
         let message = format!("more than {DEEPEST} parts are joined or lie in each other here");
-        Problem::new(self.place(), message, "make two rows of it")
+        Problem::new(self.place(), message, "split it into two rows")
     }
 }
 

@@ -24,7 +24,7 @@ fn check(text: &str, expected: Verdict) {
     assert_eq!(expression.verdict(&snapshot()), expected, "{text}");
 }
 
-/// The rule is refused at `place`, a part of it, with this message and this help.
+/// The rule is refused at its part `place`, with this message and this help.
 #[track_caller]
 fn check_refused(text: &str, place: &str, message: &str, help: &str) {
     let problem = Expression::parse(text).expect_err(text);
@@ -97,7 +97,7 @@ fn a_rule_that_does_not_parse_is_refused_where_it_goes_wrong() {
     check_refused("position.height_m = 5 m", "=", "found `=`", "compare with `==`");
     check_refused("position.height_m < 5 m & vehicle.armed", "&", "found `&`", "write `and`");
     check_refused("position.height_m < 5 mtr", "mtr", "there is no unit `mtr`", "did you mean `m`?");
-    check_refused("position.height_m < 1.2.3 m", "1.2.3", "is no number", "");
+    check_refused("position.height_m < 1.2.3 m", "1.2.3", "is not a number", "");
     check_refused("1 m < position.height_m < 5 m", "<", "a comparison compares two values", "a < b and b < c");
     check_refused("position.height_m < 5 m ¤", "¤", "found `¤`", "");
     let deep = "(".repeat(100) + "vehicle.armed" + &")".repeat(100);
@@ -136,7 +136,7 @@ fn names_types_units_and_ranges_are_checked() {
     check_refused(
         "(vehicle.armed and vehicle.flying) + 1 < 2",
         "(vehicle.armed and vehicle.flying)",
-        "is no number",
+        "is not a number",
         "",
     );
     check_refused("position.height_m / 0 < 1", "0", "divides by zero", "");
@@ -214,7 +214,7 @@ fn pieces() -> impl Strategy<Value = String> {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever is written is read or refused with a place inside of it, and what is read has a verdict.
+    /// Every text is read, or refused with a place inside the text; every rule that is read has a verdict.
     #[test]
     fn no_text_panics(text in prop_oneof![pieces(), ".{0,60}"]) {
         match Expression::parse(&text) {

@@ -6,7 +6,7 @@ use super::{Actions, Entry, find};
 use crate::contingency::{Clears, Severity, Then};
 use crate::file::{Mistake, Source};
 
-/// An action that slows is in force beside whatever is flown: it is no step of a response, and its row has no other.
+/// An action that slows holds beside whatever is flown: it is not a step of a response, and its row has no other.
 pub(super) fn check_slowing(source: &Source, entry: &Entry, actions: &Actions, mistakes: &mut Vec<Mistake>) {
     let severity = |name: &Spanned<String>| find(actions, name.as_ref()).map(|it| it.severity);
     let slows = |name: &&Spanned<String>| severity(name) == Some(Severity::Slow);
