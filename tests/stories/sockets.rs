@@ -48,7 +48,7 @@ fn a_socket_that_is_not_to_be_used_is_refused_in_one_sentence() {
     std::fs::set_permissions(folder, PermissionsExt::from_mode(0o700)).unwrap();
     refused(&folder.join("n".repeat(100)).join("router.sock"), "at most 107 are possible: choose a shorter folder");
     std::fs::write(folder.join("file.sock"), "precious").unwrap();
-    refused(&folder.join("file.sock"), "file.sock is there and is no socket: remove it");
+    refused(&folder.join("file.sock"), "file.sock exists and is not a socket: remove it");
     let _taken = UnixListener::bind(folder.join("taken.sock")).unwrap();
     refused(&folder.join("taken.sock"), "taken.sock is in use: another process listens there");
     std::fs::set_permissions(folder, PermissionsExt::from_mode(0o755)).unwrap();

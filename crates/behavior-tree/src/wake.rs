@@ -66,7 +66,7 @@ impl WakeSignal {
 }
 
 impl Shared {
-    /// A panic in another thread cannot leave a flag and a waker half written, so a poisoned lock is no error.
+    /// A panic in another thread cannot leave a flag and a waker half written, so a poisoned lock is harmless.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -3,8 +3,8 @@
 //! The rule: a copy is the same in everything that a sender decides (key, publisher, number, content) as one of the last
 //! [`REMEMBERED`] messages with that key. Nothing else is a copy, so that nobody can silence a sender by speaking in its name:
 //! a number that jumps ahead proves nothing about the age of the numbers before it, and a message that claims the number of
-//! another does not take its place. What an impostor can do is to send so many messages that a copy under way is forgotten
-//! and handled as a new message; who may speak with a key is for the folder of the sockets, and on the link for certificates.
+//! another does not take its place. An impostor can at most flood: then a copy under way is forgotten and handled as a
+//! new message. Who may speak with a key is for the folder of the sockets, and on the link for certificates.
 //!
 //! A sender never repeats itself: each start of a process is another publisher, and counts from one.
 
@@ -107,7 +107,7 @@ mod tests {
         check(&[1, 1, 2, 2], &[true, false, true, false]);
         // Lost on the direct link, and overtaken by the one after it.
         check(&[1, 3, 1, 2, 3, 2], &[true, true, false, true, false, false]);
-        // A jump is no proof of age.
+        // A jump proves nothing about age.
         check(&[1, u64::MAX, 2, 1, 3, 2], &[true, true, true, false, true, false]);
     }
 

@@ -1,7 +1,8 @@
 //! The keys of somebody else, over a router of their own: for a bridge between them and the bus.
 //!
 //! It is another session than the bus's, with another router, and nothing passes between the two but what the bridge lets through:
-//! whoever reaches the foreign endpoint is not on the bus. Zenoh's threads only hand over into a bounded mailbox and wake the loop.
+//! a client of the foreign endpoint is not on the bus. Zenoh's threads only hand over into a bounded mailbox and wake
+//! the loop.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -16,10 +17,10 @@ use crate::{BusError, Nudge};
 
 /// Samples and tokens that wait; more than arrives in any burst that a loop lets pile up.
 const CAPACITY: usize = 1024;
-/// A larger payload is none of a flight controller.
+/// A flight controller sends no larger payload.
 const LARGEST: usize = 64 * 1024;
 /// Others who take nothing for this long are disconnected, and may connect again. In microseconds of wall time. (PX4 counts setpoints
-/// as lost after 1 s; ENG: half of it, so that the loop that sends them hangs for no longer.)
+/// as lost after 1 s; ENG: half of that, so that the loop that sends them hangs for no longer.)
 const BLOCKED_US: u64 = 500_000;
 /// Messages that wait for the others, each in a batch of its own. (Zenoh's most; ENG: 0.4 s of setpoints.)
 const QUEUED: u64 = 16;

@@ -67,7 +67,7 @@ pub(crate) enum Asker {
 /// Why a request does not reach the node.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Refusal {
-    /// It is none, or came too late, as this says.
+    /// It is malformed or late, as this says.
     Because(String),
     /// The mailbox is full: it may be sent again.
     NoRoom,
@@ -270,7 +270,7 @@ impl Inbox {
         }
         // Held until the message is in the mailbox: a later one that comes another way waits for it.
         let mut last = self.last.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        // What is refused is no first copy.
+        // A refused message does not count as the first copy.
         if !self.duplicates.is_first(key, &attachment, payload) {
             return;
         }
@@ -374,7 +374,7 @@ impl Inbox {
         self.open.take(token)
     }
 
-    /// Counts what is no message of ours.
+    /// Counts a message that is not ours.
     pub(crate) fn refuse(&self, key: &str, why: &str) {
         if let Some(it) = self.mailbox.lose(Loss::Malformed, key) {
             tracing::warn!(

@@ -1,5 +1,5 @@
-//! What did not get through: counted always, and logged once for a sender and a period, since a sender of garbage sends a lot
-//! of it. The counts are in every heartbeat, and so among the gateway's metrics.
+//! What did not get through: always counted, and logged once per sender and period, because a sender of garbage sends a
+//! lot. The counts are in every heartbeat, and so among the gateway's metrics.
 
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
@@ -26,7 +26,7 @@ pub(crate) struct Totals {
 pub(crate) enum Loss {
     /// There was no room for it.
     Dropped,
-    /// It is no message.
+    /// It does not decode.
     Malformed,
     /// It was too old to be obeyed.
     Late,

@@ -21,7 +21,7 @@ use crate::wake::Wake;
 
 /// More than arrives in any burst that a healthy process lets pile up.
 const CAPACITY: usize = 4096;
-/// Part of it that one sender may take: a flood of one drops nothing of the others.
+/// The part that one sender may take: its flood drops no message of the others.
 const SHARE: usize = CAPACITY / 4;
 /// The most slots with unread mail, since anybody on the bus can make up names of vehicles and processes. Samples may take half of them,
 /// so that there is room for liveliness, which is said only once. (ENG: twice the samples of 64 vehicles with eight topics each.)
@@ -123,7 +123,7 @@ impl Mailbox {
         true
     }
 
-    /// Queues what came in with the key `sender`; false if there is no room, or the sender has had its share of it.
+    /// Queues what came in with the key `sender`; false if there is no room, or the sender has used its share.
     pub(crate) fn push_from(&self, sender: &str, mail: Mail) -> bool {
         let mut inner = self.lock();
         if SHARE <= inner.waiting.get(sender).copied().unwrap_or(0) || CAPACITY <= inner.queue.len() {

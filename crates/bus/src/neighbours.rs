@@ -32,7 +32,7 @@ impl Neighbour {
     }
 }
 
-/// Those of one node; it is none of them.
+/// The neighbours of one node, without the node itself.
 #[derive(Clone, Default)]
 pub(crate) struct Neighbours(Vec<Neighbour>);
 

@@ -52,8 +52,8 @@ pub(crate) fn instance(session: &Session) -> String {
     format!("{:016x}-{}", monotonic_ns(), session.zid())
 }
 
-/// Whether the process `other` was started after `own`. Programs of before have no time in their names: they are the older ones, and
-/// know nothing of this.
+/// Whether the process `other` was started after `own`. Older programs have no time in their names: they count as
+/// older, and know nothing of this.
 fn is_newer(other: &str, own: &str) -> bool {
     let rank = |it: &str| it.split_once('-').and_then(|(start, _)| u64::from_str_radix(start, 16).ok());
     (rank(own), own) < (rank(other), other)

@@ -32,7 +32,7 @@ pub enum Presence {
 pub fn look_for(link: &Link, service: &str, patience: Duration) -> Result<Presence, BusError> {
     let session = session::open(link)?;
     let presence = look(&session, service, Instant::now() + patience);
-    // Whatever comes of it, the answer is known.
+    // The answer is known, even if closing fails.
     let _ = session.close().wait();
     presence
 }

@@ -56,7 +56,7 @@ pub enum InvalidSocket {
         mode: u32,
     },
     /// It would be overwritten.
-    #[error("{path} is there and is no socket: remove it, or choose another path")]
+    #[error("{path} exists and is not a socket: remove it, or choose another path")]
     InTheWay {
         /// The path.
         path: PathBuf,
@@ -89,7 +89,7 @@ pub fn read_locator(text: &str) -> Result<String, String> {
     let address = address.split(['?', '#']).next().unwrap_or_default();
     match address.rsplit_once(':') {
         Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => Ok(text.to_owned()),
-        _ => Err(format!("found `{address}`, which is no host and port from 0 to 65535; {expected}")),
+        _ => Err(format!("found `{address}`, which is not a host and a port from 0 to 65535; {expected}")),
     }
 }
 
@@ -163,7 +163,7 @@ pub(crate) fn why_unreachable(locator: &str) -> Option<String> {
     let path = path_in(locator)?;
     match std::fs::symlink_metadata(path) {
         Err(cause) => Some(format!("{}: {cause}; is the router running?", path.display())),
-        Ok(it) if !it.file_type().is_socket() => Some(format!("{} is no socket", path.display())),
+        Ok(it) if !it.file_type().is_socket() => Some(format!("{} is not a socket", path.display())),
         Ok(_) => {
             UnixStream::connect(path).err().map(|cause| format!("{}: {cause}; is the router running?", path.display()))
         }
@@ -249,9 +249,9 @@ mod tests {
         mode(root.path(), 0o700);
         let socket = root.path().join("router.sock");
         std::fs::write(&socket, "precious").unwrap();
-        refused(&socket, "is there and is no socket: remove it");
+        refused(&socket, "exists and is not a socket: remove it");
         assert_eq!(std::fs::read_to_string(&socket).unwrap(), "precious");
-        assert!(why_unreachable(&locator_of(&socket)).unwrap().contains("is no socket"));
+        assert!(why_unreachable(&locator_of(&socket)).unwrap().contains("is not a socket"));
         std::fs::remove_file(&socket).unwrap();
         assert!(why_unreachable(&locator_of(&socket)).unwrap().contains("is the router running?"));
         let listener = UnixListener::bind(&socket).unwrap();
@@ -289,7 +289,7 @@ mod tests {
         check("foo", Err(forms));
         check("udp/127.0.0.1:7447", Err(forms));
         check("unixsock-stream/", Err("no path; expected"));
-        check("tcp/127.0.0.1:999999", Err("found `127.0.0.1:999999`, which is no host and port from 0 to 65535"));
+        check("tcp/127.0.0.1:999999", Err("found `127.0.0.1:999999`, which is not a host and a port from 0 to 65535"));
         check("tcp/:7447", Err("found `:7447`"));
         check("tcp/7447", Err("found `7447`"));
     }

@@ -10,7 +10,7 @@ use tracing_opentelemetry::OpenTelemetrySpanExt;
 /// The trace that caused an event, in `traceparent` form.
 pub(crate) type Parent = String;
 
-/// A larger attachment is none of ours.
+/// Our attachments are never larger.
 const MAX_ATTACHMENT: usize = 512;
 
 /// The attachment in `bytes`; a malformed one counts as none, since the payload stands for itself.

@@ -101,7 +101,7 @@ impl From<InvalidCredentials> for Unusable<String> {
 pub fn called_at(address: &str) -> Result<ServerName<'static>, String> {
     let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
     let bare = host.strip_prefix('[').and_then(|it| it.strip_suffix(']')).unwrap_or(host);
-    ServerName::try_from(bare.to_owned()).map_err(|_| format!("`{host}` is no host name"))
+    ServerName::try_from(bare.to_owned()).map_err(|_| format!("`{host}` is not a host name"))
 }
 
 /// The one crypto provider of the program.
@@ -360,8 +360,8 @@ mod tests {
         check("10.0.0.1:7448", Ok("10.0.0.1"));
         check("[::1]:7448", Ok("::1"));
         check("[fe80::2]:7448", Ok("fe80::2"));
-        check("no host:7448", Err("`no host` is no host name"));
-        check("[ground]x:7448", Err("`[ground]x` is no host name"));
+        check("no host:7448", Err("`no host` is not a host name"));
+        check("[ground]x:7448", Err("`[ground]x` is not a host name"));
     }
 
     #[test]

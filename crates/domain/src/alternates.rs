@@ -213,7 +213,7 @@ pub enum Merit {
 }
 
 impl Alternate {
-    /// `candidate` for a vehicle with this charge, at which so many landings have failed.
+    /// `candidate` for a vehicle with this charge, after this number of failed landings there.
     pub fn new(candidate: Candidate, way: Option<Way>, charge: Charge<'_>, failed_landings: u32) -> Alternate {
         let left = way.as_ref().and_then(|it| charge.after(it));
         let way = way.map(|it| {

@@ -37,7 +37,7 @@ struct MappedArea {
     grown: [OnceCell<Vec<GrownRing>>; 2],
 }
 
-/// The distances to borders that a way is searched with, in parts of the margin: where there is no way that keeps it, half of it is
+/// The distances to borders that a way is searched with, in parts of the margin: where no way keeps the margin, half is
 /// tried, since two areas may be that close to each other.
 pub(crate) const MARGINS: [f64; 2] = [1.0, 0.5];
 

@@ -9,7 +9,7 @@ use crate::time::Time;
 
 /// Older measurements count less, by this time constant. (ENG: longer than a climb or a gust, shorter than what a detour takes.)
 const TIME_CONSTANT_S: f64 = 30.0;
-/// Nothing is told before as much flight was measured. (ENG: a takeoff is over by then.)
+/// There is no value before this much flight was measured. (ENG: a takeoff is over by then.)
 const LEAST: Duration = Duration::from_secs(30);
 /// A gap longer than this between two measurements is not bridged.
 const LONGEST_GAP_S: f64 = 1.0;

@@ -201,7 +201,7 @@ impl EnergyModel {
     }
 }
 
-/// The energy in the battery, and how much of it a plan may use.
+/// The energy in the battery, and how much a plan may use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Budget {
     /// In the battery, in Wh.

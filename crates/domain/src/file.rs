@@ -209,7 +209,7 @@ mod tests {
         }
         check(10, 10, None);
         check(11, 10, Some("the file has 11 bytes; at most 10 bytes are read"));
-        // A hole: it takes no room, and nothing of it is read.
+        // A hole: it takes no room, and is not read.
         check((51 << 20) - 1, 32 << 20, Some("the file has 51 MiB; at most 32 MiB are read"));
         check((32 << 20) + 1, 32 << 20, Some("the file has 33 MiB; at most 32 MiB are read"));
     }

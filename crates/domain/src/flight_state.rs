@@ -37,14 +37,15 @@ pub const AT_REST_M_S: f64 = 0.35;
 const DRIFTS_M: f64 = 10.0;
 /// Time at rest in a landing after which it stands, by the detector's statement. (PX4: its detector takes 0.7 s.)
 const SETTLED: Duration = Duration::from_secs(1);
-/// The same against its statement, or without one. (A real PX4 has rested for up to 5.4 s before its detector said so, and until
-/// then a takeoff is none to it. ENG: less than the time in which a landing must come down by half a metre, 10 s.) The same if nobody knows
-/// whether it is a landing.
+/// The same against its statement, or without one, or if nobody knows whether it is a landing. (A real PX4 has rested
+/// for up to 5.4 s before its detector said so, and until then it ignores a takeoff. ENG: less than the time in which
+/// a landing must come down by half a metre, 10 s.)
 const SETTLED_UNNOTICED: Duration = Duration::from_secs(8);
-/// A statement of the land detector that is older than this is none; wall time at speed factors above 1. (ENG: three of
-/// the simulator's 1 Hz; PX4 sends it at 1 Hz or more.)
+/// Older land-detector samples are ignored; wall time at speed factors above 1. (ENG: three of the simulator's 1 Hz;
+/// PX4 sends it at 1 Hz or more.)
 const DETECTOR_SILENT: Duration = Duration::from_secs(3);
-/// A status that is older, in the same time, does not tell the mode of now. (ENG: six samples of 2 Hz, as for the flag `status_stale`.)
+/// An older status, in the same time, does not tell the current mode. (ENG: six samples of 2 Hz, as for the flag
+/// `status_stale`.)
 const STATUS_SILENT: Duration = Duration::from_secs(3);
 /// The same for a position. (ENG: 60 samples of PX4's 123 Hz.)
 const POSITION_SILENT: Duration = Duration::from_millis(500);
@@ -54,7 +55,7 @@ pub fn detector_limit(pace: Pace) -> Duration {
     DETECTOR_SILENT.max(pace.wall(DETECTOR_SILENT))
 }
 
-/// The age from which on a status does not tell the mode of now, at this pace.
+/// The age above which a status does not tell the current mode, at this pace.
 pub fn status_limit(pace: Pace) -> Duration {
     STATUS_SILENT.max(pace.wall(STATUS_SILENT))
 }
@@ -118,8 +119,8 @@ impl Evidence {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FlightState {
     flying: Option<bool>,
-    /// The height at which it stood last. Until it is seen to stand anywhere that is the origin, the take-off point; nothing is
-    /// known of it after the frame has moved in flight.
+    /// The height at which it stood last. Until it is seen to stand anywhere that is the origin, the take-off point;
+    /// unknown after the frame has moved in flight.
     ground_m: Ground,
     /// The land detector has reported the air since the vehicle stood, and not the ground while it flew.
     noticed: bool,

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::time::Time;
 
-/// How long a flight is watched for one judgement. (ENG: a start against its velocity, or a gust, takes ten seconds of it.)
+/// How long a flight is watched for one judgement. (ENG: a start against its velocity, or a gust, takes ten seconds.)
 pub const STRETCH: Duration = Duration::from_secs(30);
 /// A flight with less of its intended speed stands. (ENG: 0.5 m/s of the cruise speed, what the wind triangle takes for standing in the
 /// wind; an estimate drifts slower.)

@@ -1,7 +1,7 @@
 //! Weekly hours: on which days, and between which times of day in UTC, an area applies.
 //!
 //! They are kept as the minutes of a week that they cover, so that two texts that mean the same hours are equal. There is no
-//! local time, no daylight saving time and no holiday here: whoever publishes such hours has to convert them.
+//! local time, no daylight saving time and no holiday here: the publisher of such hours has to convert them.
 
 use std::iter::successors;
 

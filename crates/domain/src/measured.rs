@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::contingency::unit as rules;
 
-/// The unit of a value that is told to others.
+/// The unit of a published value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Unit {
     /// A share, 0 to 1; shown in per cent.

@@ -65,7 +65,7 @@ pub struct Objective {
     pub position: Ned,
     /// Whether to be in the air there.
     pub flying: bool,
-    /// What is asked of it besides.
+    /// Its other requirements.
     pub terms: Terms,
     /// A polygon to be flown over line by line, at the height of the position.
     pub survey: Option<Survey>,
@@ -336,7 +336,7 @@ impl Mission {
     }
 
     /// The places of this mission that a wind of `wind_m_s` brings too near to a border, a sentence for each of the first
-    /// [`MOST_MISTAKES`]. They are no mistakes: the wind need not blow.
+    /// [`MOST_MISTAKES`]. They are not mistakes: the wind need not blow.
     pub fn too_near_in_wind(&self, wind_m_s: f64) -> Vec<String> {
         let start = ("the take-off point".to_owned(), Place::to_end_at(Ned::default()));
         let objectives = self.objectives.iter().map(|it| {

@@ -23,8 +23,8 @@ pub struct MissionClock {
 }
 
 impl MissionClock {
-    /// Goes on with a mission that another process began then; 0: nothing is known of it. Until the end of that process the wall clock was set
-    /// by `set_by_ms`.
+    /// Goes on with a mission that another process began then; 0: its start is unknown. Until the end of that process
+    /// the wall clock was set by `set_by_ms`.
     pub fn resumed(utc_ms: i64, set_by_ms: i64) -> MissionClock {
         MissionClock { began_utc_ms: utc_ms, set_by_ms, before_s: None }
     }
@@ -131,7 +131,7 @@ mod tests {
             let mut clock = MissionClock::resumed(NOON, 0);
             clock.pass(now(0, NOON + 30_000), Pace::REAL_TIME);
             clock.pass(now(10, NOON + 40_000 + step_ms), Pace::REAL_TIME);
-            assert_eq!(clock.began_utc_ms(), NOON, "it is no other mission");
+            assert_eq!(clock.began_utc_ms(), NOON, "it is the same mission");
             let mut next = MissionClock::resumed(NOON, clock.set_by_ms());
             next.pass(now(0, NOON + 45_000 + step_ms), Pace::REAL_TIME);
             assert_eq!(next.seconds(0.0), 45.0, "after a step by {step_ms} ms");

@@ -10,8 +10,8 @@ use crate::area::{Area, rings};
 use crate::geometry::Ned;
 use crate::way::Exempt;
 
-/// Corners this far beyond a line are on that side of it whatever the rounding, in metres. (Among coordinates of up to 1,000 km the
-/// distance from a line is computed to a thousandth of that.)
+/// Corners this far beyond a line, in metres, are on that side whatever the rounding. (Among coordinates of up to 1,000
+/// km the distance from a line is computed to a thousandth of that.)
 const ROUNDING_M: f64 = 1e-6;
 
 /// The polygon of an area, with its bounding box.
@@ -44,8 +44,9 @@ impl Outline {
             || apart(bounds.min().y, bounds.max().y, from.north_m, to.north_m)
     }
 
-    /// Whether all of it is on one side of the straight line through `from` and `to`, which leads on beyond both, and at least
-    /// `distance_m` away from it. Then the way between them keeps that distance; otherwise it may still, in a hole too.
+    /// Whether the whole outline is on one side of the straight line through `from` and `to`, which leads on beyond
+    /// both, and at least `distance_m` away. Then the way between them keeps that distance; otherwise it may still, in
+    /// a hole too.
     pub fn is_aside(&self, distance_m: f64, from: Ned, to: Ned) -> bool {
         let line = Sides::of(from, to);
         let (lowest, highest) =
@@ -130,7 +131,7 @@ impl Outline {
     }
 }
 
-/// A straight line over the ground, to tell on which side of it points are.
+/// A straight line over the ground, to find on which side a point is.
 struct Sides {
     start: Coord,
     direction: Coord,

@@ -243,7 +243,7 @@ pub enum PlanReply {
         wait: Duration,
         /// The reason, for the operator.
         reason: String,
-        /// The mission asks for this stay: it is no wait for a plan.
+        /// The mission asks for this stay: the vehicle does not wait for a plan.
         planned: bool,
     },
     /// Every objective has reached its final state.

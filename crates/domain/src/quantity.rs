@@ -102,7 +102,7 @@ impl<const LEAST: u32, const MOST: u32> TryFrom<f64> for Number<LEAST, MOST> {
 pub struct Fraction(f64);
 
 impl Fraction {
-    /// Nothing of it.
+    /// Nothing.
     pub const ZERO: Fraction = Fraction(0.0);
 
     /// The number.

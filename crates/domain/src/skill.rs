@@ -1,5 +1,5 @@
-//! Skill goals, checked: a goal that holds a number that is none, or a speed that cannot be flown,
-//! does not exist in this type.
+//! Skill goals, checked: a goal with a value that is not a number, or a speed that cannot be flown, does not exist in
+//! this type.
 
 use kittiwake_proto::v1;
 

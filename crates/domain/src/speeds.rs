@@ -8,7 +8,7 @@ use crate::geometry::Ned;
 /// How fast a vehicle flies, in metres per second, and in which wind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Speeds {
-    /// Along its way, over ground: what it is told to hold, and flies no faster than, also with the wind.
+    /// Along its way, over ground: its commanded speed, which it does not exceed even with the wind.
     pub cruise_m_s: f64,
     /// Upwards.
     pub climb_m_s: f64,
@@ -67,8 +67,8 @@ impl Speeds {
         }
     }
 
-    /// How far into the leg from `from` to `to` the vehicle is at this fraction of it, as a duration; the longest one if it does
-    /// not fit.
+    /// How far into the leg from `from` to `to` the vehicle is at this fraction of the leg, as a duration; the longest
+    /// one if it does not fit.
     pub fn time_to(&self, fraction: f64, from: Ned, to: Ned) -> Duration {
         match fraction <= 0.0 {
             true => Duration::ZERO,

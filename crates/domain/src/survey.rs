@@ -1,6 +1,6 @@
 //! A survey: parallel lines over a polygon, flown to and fro (boustrophedon, as an ox ploughs).
 //!
-//! The lines are those of one heading, a spacing apart, clipped to the polygon, so that no point of it is farther than half a
+//! The lines are those of one heading, a spacing apart, clipped to the polygon, so that no point is farther than half a
 //! spacing from a line or its continuation. Without a heading they run as the polygon is narrowest across: that gives the
 //! fewest lines, and so the fewest turns (Huang, Optimal Line-sweep-based Decompositions for Coverage Algorithms, ICRA 2001).
 //! Where a line meets a concave polygon more than once, the pieces that lie beside each other from line to line are a cell, which
@@ -40,7 +40,7 @@ pub enum InvalidSurvey {
     /// Its corners make no polygon.
     #[error("it crosses itself, has fewer than three corners or encloses nothing")]
     Shape,
-    /// A corner is no number, or too far away.
+    /// A corner is not a number, or too far away.
     #[error("it has a corner more than {} km from the origin", FARTHEST_M / 1e3)]
     TooFar,
     /// It has too many corners.
@@ -49,7 +49,7 @@ pub enum InvalidSurvey {
     /// The lines are too close to each other, or too far apart.
     #[error("its spacing is {0} m, expected {LEAST_SPACING_M} to {MOST_SPACING_M} m")]
     Spacing(f64),
-    /// The heading is no direction.
+    /// The heading is not a direction.
     #[error("its heading is {0}, expected degrees from -360 to 360")]
     Heading(f64),
     /// It has too many lines.

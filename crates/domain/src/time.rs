@@ -59,8 +59,8 @@ pub struct Now {
     pub utc_ms: i64,
 }
 
-/// The least wall time to which a limit of the machine shrinks, so that a pause of the scheduler is no failure at any
-/// speed factor. (Measured: 0.3 s on a machine with twice as many busy threads as cores.)
+/// The least wall time to which a limit of the machine shrinks, so that a pause of the scheduler does not count as a
+/// failure at any speed factor. (Measured: 0.3 s on a machine with twice as many busy threads as cores.)
 const FLOOR: Duration = Duration::from_secs(1);
 
 /// How many times faster than the wall clock mission time runs.

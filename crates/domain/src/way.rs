@@ -290,8 +290,8 @@ pub struct Exempt {
     pub end: bool,
 }
 
-/// Whether the level leg from `from` to `to` keeps `margin_m` from `area`, but for the first and last `margin_m` of it
-/// where those are exempt. Heights are not looked at.
+/// Whether the level leg from `from` to `to` keeps `margin_m` from `area`, but for its first and last `margin_m` where
+/// those are exempt. Heights are not looked at.
 pub fn keeps_clear(area: &Area, from: Ned, to: Ned, margin_m: f64, exempt: Exempt) -> bool {
     area.is_beyond(margin_m, from, to) || Outline::new(area).keeps_clear(from, to, margin_m, exempt)
 }

@@ -66,7 +66,7 @@ impl Guided {
 pub(crate) struct ArduPilot {
     mode: u32,
     guided: Guided,
-    /// When it was started; `None`: so long ago that it has its position.
+    /// When it was started; `None`: long enough ago to have its position.
     booted: Option<Time>,
     initialised: bool,
     /// When it takes the mode of the switch; `None`: it has.
@@ -168,7 +168,7 @@ fn obey(fake: &mut FakeAutopilot, command: u16, params: &[f32; 7], now: Now) -> 
             }
         }
         22 => {
-            // What is no number ends the real one.
+            // NaN here crashes the real autopilot.
             assert!(!params[6].is_nan(), "NaN as the height of a takeoff");
             let climbs = fake.is_armed() && own(fake).mode == GUIDED && fake.is_landed() && 0.0 < params[6];
             if !climbs {

@@ -1,7 +1,7 @@
 //! Autopilots for tests: they speak MAVLink as two real ones were measured to, over the simulated vehicle.
 //!
 //! One vehicle ([`vehicle_sim`]) with two personalities, PX4 and ArduPilot: what each accepts, refuses and says, when, and to whom. A
-//! [`wire::Wire`] carries their frames. They are no model of either autopilot's control: what flies is the simulated vehicle.
+//! [`wire::Wire`] carries their frames. They do not model either autopilot's control: the simulated vehicle flies.
 
 use std::time::Duration;
 
@@ -106,7 +106,7 @@ pub(crate) struct Telemetry {
     glitches: bool,
 }
 
-/// What somebody else does to the vehicle, in a request for a fault whose name is none of the simulator's.
+/// What somebody else does to the vehicle, as a request for a fault that the simulator does not have.
 pub const OTHER_SETS_MODE: &str = "other_sets_mode";
 /// Somebody else starts the motors.
 pub const OTHER_ARMS: &str = "other_arms";

@@ -44,7 +44,7 @@ const INPUTS: [&str; 3] = ["vehicle_command", "offboard_control_mode", "trajecto
 pub enum Trouble {
     /// Another ground station, or a pilot, selects a mode.
     Selects(NavState),
-    /// The companion's link and PX4 itself start again: its clock and its frame begin anew, where it is.
+    /// The companion's link and PX4 itself restart: its clock and its frame begin again, where it is.
     Restarts,
     /// Silence, as if the link were cut.
     Silent(bool),
@@ -157,7 +157,7 @@ impl FakePx4 {
     /// A sample has arrived.
     ///
     /// # Panics
-    /// If it is no message that it knows: the test is about one that is.
+    /// If it does not know the message: the test is about one that it knows.
     pub fn take_in(&mut self, key: &str, payload: &[u8], now: Time) {
         self.now = now;
         if self.silent {

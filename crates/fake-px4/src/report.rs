@@ -103,7 +103,7 @@ impl FakePx4 {
                 });
             }
             Message::BatteryStatus(it) => {
-                // As in SITL: half of it within half a minute of turning motors, and then the same for good, without noise.
+                // As in SITL: half the charge within half a minute of turning motors, then constant, without noise.
                 let drained = self.armed_for.as_secs_f64() / BATTERY_LASTS_S;
                 let remaining = it.remaining.min((1.0 - drained).max(LEAST_CHARGE));
                 let warning = f64::from(self.commander.battery_warning);

@@ -1,5 +1,5 @@
 //! A link with faults: a TCP proxy in user space with a rate, a delay, losses and cuts. For tests, measurements and campaigns
-//! only: nothing of it flies.
+//! only: it never flies.
 //!
 //! A lost packet has the effect that it has with TCP: everything behind it waits for the retransmission. Bytes
 //! are never lost, as on a real link; during a cut they wait. A sender is held back as by a

@@ -83,7 +83,7 @@ pub struct Waypoint {
     pub height: Height,
     /// In the air, or on the ground.
     pub flying: bool,
-    /// What is asked of it besides.
+    /// Its other requirements.
     pub terms: Terms,
     /// A polygon to be flown over, in place of the place.
     pub survey: Option<Survey>,

@@ -21,7 +21,7 @@ pub struct Note {
     pub path: PathBuf,
     /// The place in it: a JSON pointer (RFC 6901), or a line.
     pub place: String,
-    /// What is there, and what became of it.
+    /// What is there, and its result.
     pub text: String,
     /// How much it matters.
     pub weight: Weight,

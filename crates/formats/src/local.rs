@@ -16,7 +16,7 @@ use crate::shape;
 /// The sides of the polygon that stands for a circle.
 const SIDES: u32 = 24;
 /// Polygons round circles are drawn with this much more radius, for what a plane differs from the Earth: at 100 km from the
-/// origin lengths are wrong by less than half of it.
+/// origin lengths are wrong by less than half of that.
 const PLANE: f64 = 1e-4;
 /// A line that is straight in latitude and longitude is cut into pieces until each is this near to one that is straight in
 /// the local frame, in metres.

@@ -13,7 +13,7 @@ use crate::json::{Node, short};
 use crate::sun::Event;
 use crate::zones::Doubts;
 
-/// Parts of a week: each begins at a minute after Monday 00:00 UTC and lasts so many minutes.
+/// Parts of a week: for each, its first minute after Monday 00:00 UTC, and its length in minutes.
 pub(crate) type Spans = Vec<(i64, i64)>;
 
 const DAY: i64 = 24 * 60;
@@ -36,7 +36,7 @@ pub(crate) fn spans(
     doubts: &mut Doubts,
     findings: &mut Findings,
 ) -> Option<Spans> {
-    // Every entry is looked at, so that all that is not understood is told.
+    // Look at every entry, to report all that is not understood.
     let entries = schedule.iter().map(|it| doubts.or(spans_of(it, daylight, findings).map(Some), None));
     let entries: Vec<Option<Spans>> = entries.collect();
     let spans = entries.into_iter().collect::<Option<Vec<Spans>>>()?;

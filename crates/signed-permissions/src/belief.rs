@@ -5,12 +5,13 @@
 //! fly by it, since the mission, and with it the place that a name stands for, may change in between. So a grant of an earlier flight, or for
 //! another area of the same name, lets nobody in, also where it was heard or stored before.
 //!
-//! A grant never lasts longer than its signed window, by the wall clock as it was when the grant was heard first, nor longer than any
-//! earlier sending of it said.
+//! A grant never lasts longer than its signed window, by the wall clock when the grant was heard first, nor longer than
+//! any earlier copy of the grant said.
 //!
-//! A restart in flight forgets no grant: it is believed until its end, or until the tower decides again. What remains of it is reckoned by
-//! the wall clock, since no other goes on between two processes; a clock that was set meanwhile is wrong only until the tower is heard. The tower may have
-//! revoked it meanwhile, and what comes with its number may be a recording: the source of [`Belief::decided`] tells that, and the tower is to be asked.
+//! A restart in flight forgets no grant: it is believed until its end, or until the tower decides again. The remaining
+//! time is computed by the wall clock, since no other clock goes on between two processes; a clock that was set
+//! meanwhile is wrong only until the tower is heard. The tower may have revoked the grant meanwhile, and a message with
+//! the grant's number may be a recording: the source of [`Belief::decided`] tells that, and the tower is to be asked.
 //!
 //! A denial or revocation with a lower number than is known is not believed either: it may be a recording, and the later grant holds.
 //! But where a grant is held, it may also be the word of a tower that has lost its numbers and whose clock was set back. It is reported as
@@ -70,7 +71,7 @@ struct Line {
 pub struct StoredGrant {
     /// Until when it is believed, by this machine's clock.
     pub until_utc_ms: i64,
-    /// Mission time that was left of it when it was heard first: no more is left of it later, whatever a clock says.
+    /// Its remaining mission time when it was heard first. It never has more later, whatever a clock says.
     pub longest: Duration,
     /// The flight that it was given for.
     pub flight: String,

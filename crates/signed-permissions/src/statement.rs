@@ -3,7 +3,8 @@
 use domain::area::Extent;
 use domain::permission::{Permission, PermissionState};
 
-/// Begins every statement, so that a signature under something else is none under a permission. The number is the format's.
+/// Begins every statement, so that a signature under something else is invalid for a permission. The number is the
+/// format's.
 const DOMAIN: &[u8] = b"kittiwake permission 2\0";
 
 /// `permission` in a fixed form: numbers in eight bytes, the lowest first; texts after their length; after the byte 1 what may be absent,

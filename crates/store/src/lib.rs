@@ -106,7 +106,7 @@ impl Store {
     /// Opens the state `name` of `owner` in `folder`, and locks it for as long as the store lives. `version` is the
     /// format of what will be saved: it grows by one whenever older programs could misunderstand the contents.
     ///
-    /// The folder is made if it is missing. A folder that cannot be used is no error here, but
+    /// The folder is made if it is missing. A folder that cannot be used is not an error here, but
     /// [`Loaded::Unusable`], or [`Trouble`] of the first [`Store::save`]: the caller may have to go on without.
     ///
     /// # Errors
@@ -247,7 +247,7 @@ impl<M: Medium> Store<M> {
         // A disk may have taken its time.
         self.check_lock()?;
         if matches!(self.slots[target], Content::Bad(_)) {
-            // From here until the end of the repair, `behind` tells that this is no untouched store.
+            // From here until the end of the repair, `behind` tells that this store is not untouched.
             match self.behind {
                 Content::Missing => self.rename(SLOTS[target], BEHIND)?,
                 _ => self.set_aside(SLOTS[target])?,

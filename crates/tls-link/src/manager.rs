@@ -98,8 +98,9 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
 }
 
 impl LinkManagerUnicastTls {
-    /// What to call with, and what the files were like that it comes from: those of now, which are like `stamp`, or, where they cannot be
-    /// used, those of before. What is being copied is not whole for a moment, and a link that broke must come back then as well.
+    /// What to call with, and the stamp of the files that it comes from: the current files, which have `stamp`, or, if
+    /// they cannot be used, the previous ones. A file being copied is incomplete for a moment, and a broken link must
+    /// come back then too.
     fn calling(&self, caller: &Caller, stamp: Stamp) -> Result<(Arc<ClientConfig>, Stamp), InvalidCredentials> {
         let mut callings = self.callings.lock().unwrap_or_else(|it| it.into_inner());
         let Some(known) = callings.iter_mut().find(|it| it.caller == *caller) else {

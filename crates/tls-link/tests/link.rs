@@ -64,7 +64,7 @@ impl Authority {
         self.replace(&format!("{name}.pem"), &certificate.pem());
     }
 
-    /// At once: nobody reads half of it.
+    /// Atomically: nobody reads half a file.
     fn replace(&self, file: &str, text: &str) {
         let unfinished = self.path(&format!("{file}.part"));
         std::fs::write(&unfinished, text).unwrap();
@@ -277,7 +277,7 @@ async fn what_was_written_is_out_of_our_hands() {
     let mut found = vec![0; written];
     write.abort();
     let _ = write.await;
-    timeout(LIMIT, other.read_exact(&mut found, None)).await.expect("all of it arrives").unwrap();
+    timeout(LIMIT, other.read_exact(&mut found, None)).await.expect("everything arrives").unwrap();
     assert!(found.iter().all(|it| *it == 7));
 }
 
@@ -306,7 +306,7 @@ async fn a_link_ends_with_the_certificate_at_its_other_end() {
     let cause = timeout(LIMIT, heard).await.expect("it ends");
     assert!(cause.contains("run out"), "{cause}");
     other.close().await.unwrap();
-    timeout(LIMIT, says).await.expect("the other end hears of it").unwrap();
+    timeout(LIMIT, says).await.expect("the other end is notified").unwrap();
 }
 
 /// What the end that stays says when the other is revoked while the link is up.
@@ -322,13 +322,13 @@ async fn a_link_ends_when_its_other_end_is_revoked() {
     let (one, other) = ground.called_by(&authority, "uav1").await;
     authority.revoke(&["uav1"]);
     cut_off(&one).await;
-    assert!(timeout(LIMIT, other.read_exact(&mut [0], None)).await.expect("it hears of it").is_err());
+    assert!(timeout(LIMIT, other.read_exact(&mut [0], None)).await.expect("it is notified").is_err());
     // It cannot come back: the refusal is there when it reads.
     let again = call(authority.endpoint_of(&ground.locator, "uav1")).await.unwrap();
     let refusal = timeout(LIMIT, again.read_exact(&mut [0], None)).await.unwrap().unwrap_err().to_string();
     assert!(refusal.contains("CertificateRevoked"), "{refusal}");
     assert!(ground.callers.is_empty());
-    // Others can, and one of the name that has a new certificate; a list that is none ends no link.
+    // Others can, and one of the name that has a new certificate; an invalid list ends no link.
     for name in ["uav2", "uav1"] {
         let (one, other) = ground.called_by(&authority, name).await;
         authority.replace("revoked.pem", "half of a li");
@@ -390,7 +390,7 @@ async fn a_renewed_certificate_is_used_for_the_next_connection() {
     let one = timeout(LIMIT, ground.callers.recv_async()).await.unwrap().unwrap();
     assert_eq!(one.get_auth_id().get_cert_common_name(), Some("uav1, renewed"));
     assert_eq!(other.get_auth_id().get_cert_common_name(), Some("ground, renewed"));
-    assert_eq!(before.get_auth_id().get_cert_common_name(), Some("uav1"), "the link of before is as it was");
+    assert_eq!(before.get_auth_id().get_cert_common_name(), Some("uav1"), "the previous link is as it was");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -218,7 +218,8 @@ pub struct Witness {
     released: Vec<Ned>,
 }
 
-/// A lift-off that is no takeoff yet: a land detector that is stuck in the air, or fell silent there, tells of one where the vehicle stands.
+/// A lift-off that is not a takeoff yet: a land detector stuck or silent in the air reports one while the vehicle
+/// stands.
 #[derive(Debug, Clone, Copy)]
 struct Lifting {
     since: Time,
@@ -387,7 +388,7 @@ impl Witness {
             Message::VehicleLocalPosition(it) => {
                 if let Some(Ok(position)) = it.position.map(Ned::try_from) {
                     self.position_is_frozen = self.position.replace(position) == Some(position);
-                    // A height that wavers about the limit is no takeoff.
+                    // A height that wavers about the limit does not count as a takeoff.
                     let limit_m = if self.is_high { HIGH_M / 2.0 } else { HIGH_M };
                     self.is_high = limit_m < position.height_m() - self.ground_m;
                     self.took_off(at);
@@ -399,7 +400,7 @@ impl Witness {
         }
     }
 
-    /// The planner's status lists these areas. An area that it lacks is told once, until it is listed again.
+    /// The planner's status lists these areas. A missing area is reported once, until it is listed again.
     fn listed(&mut self, at: Time, listed: Vec<Area>) {
         let is_listed = |area: &Area| listed.iter().any(|it| is_same(it, area));
         let unlisted: BTreeSet<String> =
@@ -533,7 +534,7 @@ impl Witness {
     }
 }
 
-/// Whether it is the same area, apart from its window: that is told by a clock that may have been set.
+/// Whether it is the same area, apart from its window: that comes from a clock that may have been set.
 fn is_same(listed: &Area, expected: &Area) -> bool {
     let (from_utc_ms, until_utc_ms) = (expected.from_utc_ms, expected.until_utc_ms);
     let has_window = |it: &Area| (it.from_utc_ms.is_some(), it.until_utc_ms.is_some());

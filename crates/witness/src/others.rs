@@ -30,7 +30,8 @@ impl Flies {
         }
     }
 
-    /// Whether a command that is sent now ignores it: there was time to hear of it, and no operator has ordered anything. Told once.
+    /// Whether a command sent now ignores that: there was time to hear, and no operator ordered anything. Reported
+    /// once.
     fn is_defied(&mut self, at: Time, hears: Duration) -> bool {
         self.unordered_since.take_if(|since| *since + hears < at).is_some()
     }

@@ -43,7 +43,7 @@ fn an_area_of_the_file_applies_and_is_missed_whatever_the_planner_lists() {
     check(&file, &[Some(area("B", 0.5))], &[lacks, entered]);
     check(&file, &[Some(Area { kind: AreaKind::KeepOut, ..file.clone() })], &[lacks, entered]);
     check(&file, &[Some(Area { from_utc_ms: Some(1), ..file.clone() })], &[lacks, entered]);
-    // When it applies is told by a clock that may have been set.
+    // Its window comes from a clock that may have been set.
     let windowed = |from_utc_ms| Area { from_utc_ms: Some(from_utc_ms), ..file.clone() };
     check(&windowed(5_000), &[Some(windowed(7_000))], &[]);
     check(&windowed(5_000), &[Some(windowed(-7_000))], &[entered]);

@@ -64,7 +64,7 @@ mod tests {
         let mut true_time = TrueTime::default();
         assert_eq!(expires(&mut true_time, 0, 1, 60_000), 60_000);
         assert_eq!(expires(&mut true_time, 3_600_000, 1, 60_000), 60_000, "the same decision");
-        assert_eq!(expires(&mut true_time, 3_600_000, 2, 3_690_000), 90_000, "one by the clock of now");
+        assert_eq!(expires(&mut true_time, 3_600_000, 2, 3_690_000), 90_000, "one by the current clock");
     }
 
     #[test]

@@ -69,7 +69,7 @@ pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, attempts: Param) -> S
     run.give_up(at)
 }
 
-/// True if a node that may do something `limit` times has done it fewer times. -1 is no limit.
+/// True if a node that may do something `limit` times has done it fewer times. -1 means no limit.
 pub(super) fn is_left(count: u32, limit: i32) -> bool {
     limit == -1 || i64::from(count) < i64::from(limit)
 }

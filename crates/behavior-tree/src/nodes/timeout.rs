@@ -2,7 +2,7 @@
 //!
 //! | port | type | default | |
 //! |---|---|---|---|
-//! | `msec` | unsigned | | milliseconds the child may run, from its first tick; 0 is no limit |
+//! | `msec` | unsigned | | milliseconds the child may run, from its first tick; 0 means no limit |
 //!
 //! | | the node |
 //! |---|---|
@@ -22,7 +22,7 @@ use crate::status::{NodeStatus, Status};
 
 pub(super) const BUILT_INS: &[BuiltIn] =
     &[BuiltIn::new("Timeout", Class::Decorator, |node| Kind::Timeout { limit: node.numbers[0] })
-        .with_ports(&[BuiltInPort::milliseconds("msec", "milliseconds the child may run; 0 is no limit")])];
+        .with_ports(&[BuiltInPort::milliseconds("msec", "milliseconds the child may run; 0 means no limit")])];
 
 const STARTED: u32 = 1;
 const NO_LIMIT: u64 = u64::MAX;

@@ -128,7 +128,7 @@ fn check_name(source: &Source, name: &Spanned<String>, mistakes: &mut Vec<Mistak
     let allowed = |it: char| it.is_ascii_lowercase() || it.is_ascii_digit() || matches!(it, '-' | '_' | '.');
     if name.as_ref().is_empty() || !name.as_ref().chars().all(allowed) {
         let help = "lower-case letters, digits, `-`, `_` and `.`, as in the certificate";
-        mistakes.push(source.mistake(Some(name.span()), format!("`{}` is no name", name.as_ref()), help));
+        mistakes.push(source.mistake(Some(name.span()), format!("`{}` is not a valid name", name.as_ref()), help));
     }
 }
 
@@ -220,7 +220,7 @@ mod tests {
             assert!(error.contains(said), "expected `{said}`, got:\n{error}");
         }
         check("ground = \"ground-router\"", "groun = \"ground-router\"", "groun", "unknown field `groun`");
-        check("\"ground-router\"", "\"Ground Router\"", "\"Ground", "is no name");
+        check("\"ground-router\"", "\"Ground Router\"", "\"Ground", "is not a valid name");
         check("\"mcm/status\"", "\"mcm/statu\"", "\"mcm", "did you mean `mcm/status`?");
         check("\"mcm/command\"", "\"mcm/comand\"", "\"mcm", "did you mean `mcm/command`?");
         check("\"mcm/tree\"", "\"mcm/status\"", "\"mcm/status", "two rows for `mcm/status`");

@@ -205,7 +205,7 @@ impl Links {
         }
     }
 
-    /// Reads what one connection has. What it sends and is none of ours ends it.
+    /// Reads what one connection has. A foreign packet ends the connection.
     fn read_turn(&mut self, at: usize, buffer: &mut [u8]) -> Result<(), Option<String>> {
         for _ in 0..TURN {
             match socket::receive(&self.connections[at].socket, buffer) {
@@ -213,7 +213,8 @@ impl Links {
                 Received::End => return Err(None),
                 Received::Packet(length) => {
                     let bytes = buffer.get(..length).ok_or_else(|| Some(format!("a packet of {length} bytes")))?;
-                    let packet = Packet::read(bytes).ok_or_else(|| Some("what it sends is no packet".to_owned()))?;
+                    let packet = Packet::read(bytes)
+                        .ok_or_else(|| Some("it sends something that is not a packet".to_owned()))?;
                     self.take(at, &packet)?;
                 }
             }

@@ -52,7 +52,7 @@ impl<'a> Packet<'a> {
         Packet { kind, number, key: "", attachment: &[], payload }
     }
 
-    /// Its head, for [`Packet::parts`]; `None` if its key or attachment is none of ours.
+    /// Its head, for [`Packet::parts`]; `None` if its key or attachment is not ours.
     pub(super) fn head(&self) -> Option<[u8; HEAD]> {
         let mut head = [0; HEAD];
         head[0] = self.kind as u8;
@@ -72,7 +72,7 @@ impl<'a> Packet<'a> {
         ]
     }
 
-    /// The packet in `bytes`; `None` if they are none.
+    /// The packet in `bytes`; `None` if they are not one.
     pub(super) fn read(bytes: &'a [u8]) -> Option<Packet<'a>> {
         let (head, rest) = bytes.split_first_chunk::<HEAD>()?;
         let length = |at: usize| usize::from(u16::from_le_bytes([head[at], head[at + 1]]));

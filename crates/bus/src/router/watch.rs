@@ -41,7 +41,7 @@ pub(super) struct Watch {
     peers: BTreeMap<String, Peer>,
     /// Connections under one name that are as it should be.
     most: usize,
-    /// Further ones may be left over from a connection that has been made again: for so long.
+    /// For this long, further ones may be left over from a reconnection.
     settle: Duration,
     inquiry: Option<Inquiry>,
     /// The peers for which an inquiry is under way.
@@ -57,7 +57,7 @@ struct Peer {
     since: Instant,
     remind_after: Duration,
     token: Option<LivelinessToken>,
-    /// Since when there have been more connections than there should be, and when that is told.
+    /// Since when there have been too many connections, and when that is reported.
     crowded: Option<Crowded>,
 }
 

@@ -1,4 +1,4 @@
-//! What is published, and what a node gets of it.
+//! What is published, and what reaches a node.
 
 use kittiwake_proto::topics::{Message, Topic};
 use kittiwake_proto::v1;

@@ -23,7 +23,7 @@ pub struct Given {
 }
 
 impl Seen {
-    /// The parts of it that `pick` picks, in order.
+    /// The events that `pick` picks, in order.
     pub fn pick<T>(&self, pick: impl FnMut(&Event) -> Option<T>) -> Vec<T> {
         self.lock().events.iter().filter_map(pick).collect()
     }

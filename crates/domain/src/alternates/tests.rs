@@ -94,7 +94,7 @@ fn a_low_battery_goes_to_the_nearest_landing_unless_home_is_about_as_near() {
     // A home at which a landing has failed is not preferred.
     check(low, &[("home", Some(20.0), false, 1), ("x", Some(40.0), false, 0)], &["x", "home"], &["x", "home"]);
     check(low, &[("home", Some(40.0), true, 0), ("x", Some(40.0), false, 0)], &["x", "home"], &["x", "home"]);
-    // A ditch only if no landing can be reached, be it with a permission.
+    // A ditch only if no landing can be reached, even with a permission.
     check(low, &[("home", Some(43.0), false, 0), ("ditch", Some(1.0), false, 0)], &["ditch", "home"], &["ditch"]);
     check(low, &[("x", Some(41.0), true, 0), ("ditch", Some(1.0), false, 0)], &["x", "ditch"], &["x", "ditch"]);
     // Nothing is in reach: what is nearest comes first, a landing before a ditch.

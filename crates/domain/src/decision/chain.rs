@@ -94,7 +94,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever a file claims, each record is told once.
+        /// Whatever a file claims, each record appears once.
         #[test]
         fn every_record_is_told_once(links in prop::collection::vec((0..9_u64, prop::option::of(0..9_u64)), 0..30)) {
             let each = |(place, (number, parent)): (usize, &(u64, Option<u64>))| note(*number, &format!("#{place}"), *parent);

@@ -1,10 +1,10 @@
-//! A record in words: the one way in which decisions are told to humans.
+//! A record in words: the only way decisions are reported to humans.
 
 use super::{DecisionKind, DecisionRecord, Rejected};
 use crate::measured::Unit;
 
 impl DecisionRecord {
-    /// All of it as sentences: what was decided, what speaks for it, and what was not done and why not.
+    /// The whole record as sentences: the decision, its reasons, the rejected alternatives and why.
     pub fn sentence(&self) -> String {
         let reason = match self.response_reason.as_str() {
             "" => String::new(),

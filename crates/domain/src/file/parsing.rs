@@ -72,7 +72,7 @@ fn of_values<T: DeserializeOwned>(mut text: String, mut error: Error) -> Vec<Fou
             }
             match toml::from_str::<T>(&patched) {
                 Ok(_) => return in_order(mistakes),
-                // What contradicts a replacement where it stands is no mistake of the file.
+                // A contradiction to a replacement, at its place, is not a mistake of the file.
                 Err(next) if next.span().is_some_and(|it| replaced.iter().all(|of| is_apart(&it, of))) => {
                     taken.push((patched, next));
                 }

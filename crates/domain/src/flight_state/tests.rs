@@ -21,7 +21,7 @@ fn landing(height_m: f64, landed: Option<bool>, speed_m_s: f64) -> Evidence {
     Evidence { lands: true, landed, speed_m_s: Some(speed_m_s), vertical_m_s: Some(speed_m_s), ..at(height_m) }
 }
 
-/// What is seen, each for so many seconds, and whether the vehicle flies at the end.
+/// What is seen, each for a number of seconds, and whether the vehicle flies at the end.
 #[track_caller]
 fn check(seen: &[(u64, Evidence)], expected: Option<bool>) -> FlightState {
     let mut state = FlightState::default();
@@ -179,7 +179,7 @@ fn a_deck_at_another_height_is_ground_by_a_detector_that_noticed_the_flight() {
     let on_deck = Evidence { height_m: Some(30.0), ..ARMED };
     check(&[&flight[..], &[(2, down), (2, on_deck)]].concat(), Some(false));
     check(&[&flight[..], &[(2, down), (2, on_deck), (1, at(32.0))]].concat(), Some(true));
-    // A false report of the ground on the way is none.
+    // A false report of the ground on the way is ignored.
     check(&[&flight[..], &[(60, Evidence { lands: false, ..down })]].concat(), Some(true));
     check(&[&flight[..], &[(60, landing(30.0, Some(true), 0.7))]].concat(), Some(true));
 }

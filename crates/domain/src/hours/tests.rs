@@ -1,4 +1,4 @@
-//! Hours that are told by hand, and what holds for all of them.
+//! Hours written by hand, and what holds for all hours.
 
 use std::time::Duration;
 
@@ -88,7 +88,7 @@ fn windows_are_told_from_the_present_one_on() {
     // Two weeks ahead and no farther.
     let last = hours(&["Mon 08:00-09:00"]).windows_after(at(0, 9, 0)).last();
     assert_eq!(last, Some((at(21, 8, 0), i64::MAX)));
-    // At the end of time there is an end of it as well.
+    // At the end of time the windows end as well.
     assert!(hours(office).windows_after(i64::MAX - 5).count() <= 2);
 }
 

@@ -36,7 +36,7 @@ impl ObjectiveEntry {
 }
 
 impl Checker<'_> {
-    /// The survey of an objective, and where it ends, at height 0; `None` if it is none, or after a mistake.
+    /// The survey of an objective, and where it ends, at height 0; `None` if it is not a survey, or after a mistake.
     pub(super) fn survey(&mut self, it: &ObjectiveEntry) -> Option<(Survey, Ned)> {
         let (entry, name) = (it.survey.as_ref()?, it.name.as_ref());
         let (span, entry) = (entry.span(), entry.as_ref());

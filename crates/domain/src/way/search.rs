@@ -120,7 +120,7 @@ const MANY_CORNERS: usize = 5_000;
 /// Every turn among all corners.
 const EVERYTHING: Effort = Effort { turns: Turns::Any, factor: 1.0, most_legs: 20_000 };
 /// With how much effort a way is searched among more of them, in this order. A passage that is narrower than two margins may be
-/// flown by turns that are no tangents, so those are tried last.
+/// flown by turns that are not tangents, so those are tried last.
 const EFFORTS: [Effort; 3] = [
     Effort { turns: Turns::Taut, factor: 1.0, most_legs: 1_000 },
     Effort { turns: Turns::Taut, factor: 1.1, most_legs: 20_000 },

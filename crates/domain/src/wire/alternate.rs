@@ -1,4 +1,4 @@
-//! Where a flight may end early, as it is told.
+//! Where a flight may end early, as published.
 
 use kittiwake_proto::v1;
 

@@ -1,6 +1,6 @@
 //! Plans, their steps, and the questions about them.
 //!
-//! A plan is accepted or refused as a whole, before any of it is flown.
+//! A plan is accepted or refused as a whole, before any step is flown.
 
 use std::collections::BTreeSet;
 use std::time::Duration;

@@ -189,7 +189,7 @@ fn a_wrong_file_of_another_format_is_reported_with_its_place() {
 /// The same mistakes in the formats that are not ED-269, and what each repairs.
 #[test]
 fn shapes_heights_and_times_are_judged_alike_in_all_formats() {
-    /// An area of GeoJSON with these rings and properties: what is said of it.
+    /// What is said about a GeoJSON area with these rings and properties.
     fn geojson(rings: &str, properties: &str) -> Result<String, String> {
         let text = format!(
             r#"{{"type": "Feature", "properties": {{"kind": "keep-out"{properties}}},

@@ -204,7 +204,7 @@ fn an_unknown_kind_is_a_keep_out_area_and_pictures_are_noted() {
     let text = placemark(&polygon("", SQUARE)).replacen("permission", "danger", 1);
     let area = "a: keep-out, 4 corners, None to None, (None, None)";
     check_areas(text.as_bytes(), &[area], &["NOT UNDERSTOOD: `kind` is `danger`, expected keep-out or permission"]);
-    // A hole that is the border itself is none.
+    // A hole that is the border itself is filled.
     let hole = polygon(&format!("<innerBoundaryIs>{}</innerBoundaryIs>", ring(SQUARE)), SQUARE);
     let area = "a: permission, 4 corners, None to None, (None, None)";
     check_areas(placemark(&hole).as_bytes(), &[area], &["a hole that crosses or touches a border: filled"]);

@@ -1,4 +1,4 @@
-//! A sample of each format: what becomes of it, and everything that is said about it.
+//! A sample of each format: its result, and everything that is said about it.
 
 use super::{check_mistake, import, mission, notes, settings, source};
 use domain::area::{Area, AreaKind};

@@ -70,7 +70,7 @@ fn fixed_times_become_hours() {
     check(r#"{"day": ["MON"], "startEvent": "SR", "endEvent": "SS"}"#, "Mon 02:50-20:20");
     check(r#"{"day": ["MON"], "startEvent": "SS", "endEvent": "SR"}"#, "Mon 15:01-08:03");
     check(r#"{"day": ["MON"], "startTime": "08:00:00Z", "endEvent": "SS"}"#, "Mon 08:00-20:20");
-    // All of the week is no schedule.
+    // The whole week counts as no schedule.
     check(r#"{"day": ["ANY"]}"#, "always");
 }
 

@@ -283,7 +283,7 @@ fn areas_of_which_nothing_is_granted_any_more_make_room_and_no_old_grant_comes_b
         assert!(matches!(replayed, Refusal::NotForIt(NotForIt::Replayed { found: 5, .. })), "{replayed}");
         assert!(!remaining_area(&vehicle, "area 1"));
         let old = Permission { state: PermissionState::Requested, ..line(last, 0) };
-        assert_eq!(take(&mut vehicle, 0, old), Ok(()), "a request is no decision yet");
+        assert_eq!(take(&mut vehicle, 0, old), Ok(()), "a request is not a decision yet");
         assert_eq!(take(&mut vehicle, 0, line(last, last + 10)), Ok(()));
         assert!(remaining_area(&vehicle, &format!("area {last}")) && remaining_area(&vehicle, "area 0"));
         assert_eq!(vehicle.stored().count(), MAX_AREAS);
@@ -375,7 +375,7 @@ fn started_again(before: &Belief, s: u64, set_ms: i64) -> Belief {
 
 #[test]
 fn a_grant_is_believed_over_a_restart_until_its_end() {
-    /// `expected_s`: what remains of it after a restart at `s` seconds.
+    /// `expected_s`: the remaining time after a restart at `s` seconds.
     #[track_caller]
     fn check(line: Permission, s: u64, set_ms: i64, expected_s: Option<u64>) {
         let mut before = belief();
@@ -400,7 +400,7 @@ fn what_the_tower_says_counts_more_than_what_is_remembered() {
     fn check(line: Permission, expected_s: Option<u64>) {
         let mut before = belief();
         take(&mut before, 0, signed(grant(1))).unwrap();
-        // By a clock that was set, nothing would be left of it.
+        // By a clock that was set, no time would be left.
         let mut after = started_again(&before, 100, 3_600_000);
         take(&mut after, 100, line).unwrap();
         assert_eq!(remaining_s(&after, 100), expected_s);

@@ -1,4 +1,4 @@
-//! What stands in a real folder, and what becomes of it.
+//! What a real folder contains, and what the store makes from that.
 
 use std::fs;
 use std::os::unix::fs::symlink;

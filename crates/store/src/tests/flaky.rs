@@ -11,7 +11,7 @@ use crate::Medium;
 pub(super) enum Failure {
     /// Nothing happens but the error.
     Refused,
-    /// Half of it happens: a file is cut short.
+    /// It happens by half: a file is cut short.
     Half,
     /// It happens, and the error comes nevertheless.
     Done,
@@ -84,7 +84,7 @@ impl Medium for Flaky {
 
     fn rename(&mut self, from: &str, to: &str) -> io::Result<()> {
         let Some(moved) = self.files.get(from).cloned() else { return Err(io::ErrorKind::NotFound.into()) };
-        // Half a rename is none: it is atomic.
+        // There is no half rename: it is atomic.
         self.perform(|it, is_half| {
             if !is_half {
                 it.files.remove(from);

@@ -124,7 +124,7 @@ fn a_message_comes_once_whichever_way_is_first() {
     let (key, flag) = (Topic::FlagEvent.key(), v1::FlagEvent { name: "1".into(), ..Default::default() });
     far.links.read();
     far.links.inbox.message(Topic::FlagEvent, key, &flag.encode_to_vec(), Some(&attachment(1)));
-    assert_eq!(flags(&far.turn()), ["1"], "and its copy by the router is none");
+    assert_eq!(flags(&far.turn()), ["1"], "and its copy by the router is dropped");
     near.links.send(Topic::BatteryStatus, &[], &[]);
     assert!(far.turn().is_empty(), "telemetry has another way");
 }
@@ -272,7 +272,7 @@ fn what_stands_in_the_way_is_said() {
     }
     let folder = folder();
     std::fs::write(folder.path().join("file.sock"), "precious").unwrap();
-    refused(folder.path(), "file", "is there and is no socket: remove it");
+    refused(folder.path(), "file", "exists and is not a socket: remove it");
     refused(folder.path(), &"x".repeat(120), "at most 107 are possible: choose a shorter folder");
     let _far = End::far(folder.path());
     refused(folder.path(), "far", "is in use: another process listens there");

@@ -39,7 +39,7 @@ pub(super) struct Nodes<'a> {
     columns: Vec<(Ned, Place)>,
     /// [`START`], [`GOAL`], then the others.
     nodes: Vec<Node>,
-    /// Those of them that are no corners.
+    /// Those of them that are not corners.
     open: Vec<usize>,
     /// The others.
     rings: Vec<Ring<'a>>,
@@ -117,7 +117,8 @@ impl<'a> Nodes<'a> {
         Extent { open: self.open.len(), rings: self.rings.len() }
     }
 
-    /// The nodes that are no corners, and of the rings those to which a leg from `from` may lead, but for those of `known`.
+    /// The nodes that are not corners, and of the rings those to which a leg from `from` may lead, but for those of
+    /// `known`.
     pub(super) fn since(&self, known: Extent, from: usize, turns: Turns) -> (&[usize], impl Iterator<Item = usize>) {
         let Node { at, place } = self.nodes[from];
         let may_lead_to = move |ring: &Ring| {

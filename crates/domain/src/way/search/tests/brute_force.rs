@@ -64,7 +64,7 @@ proptest! {
         let at = |(north_m, east_m, height_m): (f64, f64, f64)| Ned::new(north_m, east_m, -height_m);
         let closed: Vec<Area> = volumes.into_iter().map(|it| Area { kind: AreaKind::KeepOut, ..it }).collect();
         let (from, to) = (at(from), at(to));
-        // As a plan does: where there is no way that keeps the margin, with half of it.
+        // As a plan does: where no way keeps the margin, with half the margin.
         let found_s = (0..MARGINS.len()).find_map(|part| among_keeping(part, &closed, from, to, |obstacles| {
             cheapest(obstacles).as_ref().ok().map(takes_s)
         }));
