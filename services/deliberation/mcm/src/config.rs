@@ -60,8 +60,8 @@ pub struct Config {
     pub climb_m_s: Positive,
     /// The same for the descent. (PX4: MPC_Z_VEL_MAX_DN.)
     pub descent_m_s: Positive,
-    /// The fastest that it flies through the air, in metres per second: against the usual wind of `[energy]`, if that leaves less of it than
-    /// the speed of a way, the way takes longer. (The planner's `airspeed_m_s`.)
+    /// The fastest that it flies through the air, in metres per second: against the usual wind of `[energy]`, if that
+    /// leaves less than the speed of a way, the way takes longer. (The planner's `airspeed_m_s`.)
     pub airspeed_m_s: Positive,
     /// How it brakes over ground at least, in m/s2: where it would come to rest is looked at ahead. (PX4: MPC_ACC_HOR 3 m/s2.)
     pub braking_m_s2: Positive,
@@ -84,7 +84,7 @@ pub struct Config {
     /// Mission seconds before the expiry of a permission, or before an area begins to apply, at which the vehicle must
     /// have left. (ENG)
     pub leave_lead_s: Positive,
-    /// Period at which the airspace around the vehicle and ahead of it is checked, in mission seconds, never less than
+    /// Period at which the airspace around and ahead of the vehicle is checked, in mission seconds, never less than
     /// 20 ms of wall time. (ENG: two metres of flight.)
     pub airspace_period_s: Positive,
     /// How long an operator's resume is awaited after a landing that no plan asked for, in mission seconds. (ENG)

@@ -138,7 +138,7 @@ impl Mcm {
             if !self.world.flies_unattended() {
                 return;
             }
-            // A touchdown that was none, or a takeoff that the autopilot goes on with: it is brought down.
+            // False touchdown, or the autopilot resumed a takeoff: land the vehicle.
             self.world.raise_ended_in_air();
         }
         let now = self.world.now();

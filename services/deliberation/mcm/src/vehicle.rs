@@ -157,7 +157,7 @@ impl Vehicle {
         let charge = battery.and_then(|it| Fraction::try_from(it.remaining).ok());
         let mode = flight_mode(status.actual_mode());
         let intended = flight_mode(status.intended_mode());
-        // What is old says nothing about the power of now.
+        // An old value says nothing about the current power.
         let is_fresh = ages.battery_s.is_some_and(|it| it < BATTERY_FRESH_S);
         let power_w = introspection.battery.filter(|_| is_fresh).and_then(|it| Some(it.voltage_v * it.current_a?));
         let wind = introspection.wind.map(|it| (it.north_m_s, it.east_m_s));

@@ -418,7 +418,7 @@ fn a_silent_tower_is_asked_three_times_and_then_counts_as_a_denial() {
     rig.vehicle(true, Offboard, (0.0, 40.0, 10.0));
     rig.story();
     rig.wait(16.0);
-    // What an operator is told meanwhile: how long of how long.
+    // What an operator sees meanwhile: the time waited, and its limit.
     let awaited = rig.status().awaited;
     assert!(matches!(awaited.as_slice(), [it] if it.area == "A" && it.limit_s == 30.0), "{awaited:?}");
     assert!((14.0..=17.0).contains(&awaited[0].waited_s), "{awaited:?}");

@@ -19,9 +19,10 @@ pub struct Config {
     pub least_climb_m: Positive,
     /// Speed limit of a position step, in m/s. (ENG: below PX4's MPC_XY_VEL_MAX of 12 m/s.)
     pub cruise_speed_m_s: Positive,
-    /// The fastest that the vehicle flies through the air, in m/s: against a wind that leaves less of it than the cruise speed, legs
-    /// take longer, and in a wind that is as fast nothing is flown. (PX4: MPC_XY_VEL_MAX of 12 m/s is over ground; ENG: what a
-    /// multirotor of this power holds with a reserve for gusts. What is slower than 1 m/s stands in every breeze, and none is faster than 100.)
+    /// The fastest that the vehicle flies through the air, in m/s: against a wind that leaves less than the cruise
+    /// speed, legs take longer, and in a wind that is as fast nothing is flown. (PX4: MPC_XY_VEL_MAX of 12 m/s is over
+    /// ground; ENG: what a multirotor of this power holds with a reserve for gusts. What is slower than 1 m/s stands in
+    /// every breeze, and none is faster than 100.)
     pub airspeed_m_s: Number<1, 100>,
     /// Where to wait before the border of an area, in metres. (ENG: the braking distance from the
     /// cruise speed at PX4's MPC_ACC_HOR of 3 m/s^2 is 17 m.)

@@ -63,7 +63,7 @@ impl Draft<'_> {
         let airspace = self.airspace;
         let links = back_chaining::chain(start, goal, tolerance, &self.under_floors(start, goal))?;
         let flies_at_once = links.last().is_some_and(|it| it.action == Action::Position);
-        // Only where the vehicle is now: where it is planned to be it may be.
+        // Only where the vehicle is now: a planned position is allowed.
         let is_here = self.steps.is_empty();
         let is_trespassing = is_here && start.flying && airspace.is_trespassed(start.position);
         if is_trespassing && !links.is_empty() && !flies_at_once {

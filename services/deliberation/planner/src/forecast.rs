@@ -85,7 +85,7 @@ pub(crate) struct LegForecast {
     pub charge: Option<f64>,
     /// Permission areas it leads through.
     pub areas: Vec<String>,
-    /// Permissions that it needs to be asked for: when it begins, or ahead of it.
+    /// Permissions that it needs to be asked for: when it begins, or ahead.
     pub asks: Vec<PermissionForecast>,
     /// Those that are held at its end.
     pub held: BTreeSet<String>,
@@ -182,7 +182,7 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
     MissionForecast { objectives, way_home, needs_wh, budget, order, left_out: Vec::new() }
 }
 
-/// A forecast for each objective, in the order in which they were attempted, with what became of it.
+/// A forecast for each objective, in the order in which they were attempted, with its result.
 fn settled(planner: &MissionPlanner, forecasts: &mut Vec<Forecast>) -> Vec<Forecast> {
     let settle = |objective: &Objective| {
         let made = forecasts

@@ -1,4 +1,4 @@
-//! What the planner notes for itself with an answer, and is given with the next question: nothing of it is kept here.
+//! The planner's notes for itself: sent with an answer, returned with the next question, not stored here.
 
 use std::time::Duration;
 

@@ -20,7 +20,7 @@ pub(crate) struct Objectives {
 /// An objective and its course so far.
 #[derive(Debug)]
 pub(crate) struct Objective {
-    /// What the mission asks for, and what has become of it.
+    /// What the mission asks for, and its result so far.
     pub status: ObjectiveStatus,
     /// The state to reach. It asks for an open gripper until the release was seen.
     pub goal: State,
@@ -149,7 +149,7 @@ impl Objective {
         Objective { status, goal, dwells_since: None }
     }
 
-    /// What the mission asks of it besides its state.
+    /// What the mission asks for besides its state.
     pub(crate) fn terms(&self) -> &Terms {
         &self.status.objective.terms
     }

@@ -52,7 +52,7 @@ pub(crate) fn solve(problem: &Problem) -> Option<Ordering> {
     (cost.late_s <= LEAST_GAIN_S).then_some(Ordering { order, time_s: cost.time_s, least_s })
 }
 
-/// What an order costs: lateness comes first, so that a search gets rid of it.
+/// What an order costs: lateness comes first, so that a search removes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Cost {
     late_s: f64,

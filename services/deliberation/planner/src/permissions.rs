@@ -21,7 +21,7 @@ const SAME_GRANT: Duration = Duration::from_secs(5);
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Record {
     pub(crate) standing: Standing,
-    /// Total time that the vehicle has held because of it; a grant does not reset it.
+    /// Total time that the vehicle has held for this permission; a grant does not reset it.
     pub(crate) held: Duration,
     pub(crate) short_grant: Option<ShortGrant>,
 }

@@ -81,7 +81,7 @@ impl Stuck {
     }
 
     pub(crate) fn flown(&mut self, step: &Step) {
-        // To come to rest is no progress: a release that fails is tried after a stop each time.
+        // To come to rest is not progress: a release that fails is tried after a stop each time.
         if action(step) != Action::Stop {
             self.last = None;
         }

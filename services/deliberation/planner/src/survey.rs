@@ -10,7 +10,7 @@ use crate::objectives::Objective;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Via {
     pub state: State,
-    /// How many turns have been passed once it is reached; 0 for what is no turn.
+    /// How many turns have been passed once it is reached; 0 if it is not a turn.
     pub passed: usize,
 }
 

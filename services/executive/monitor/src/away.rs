@@ -1,4 +1,5 @@
-//! When this process did not run, as one that was stopped or whose machine slept: what nobody listened to is no silence.
+//! When this process did not run, because it was stopped or its machine slept: messages nobody listened to are not a
+//! silence.
 //!
 //! When it goes on, what was said meanwhile may still be under way, and every source looks silent for all that time.
 
@@ -7,12 +8,12 @@ use std::time::Duration;
 
 use domain::time::{Pace, Time};
 
-/// It runs a hundred times a second; a gap that is longer, in wall time, is no delay of a busy machine. (ENG)
+/// It runs a hundred times a second; a gap that is longer, in wall time, is not a delay of a busy machine. (ENG)
 const AWAY_AFTER: Duration = Duration::from_secs(1);
 /// As many as are remembered. (ENG)
 const MOST: usize = 64;
 
-/// The times for which it was away of late.
+/// The recent times for which it was away.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Away {
     ran_at: Option<Time>,

@@ -37,7 +37,7 @@ impl Clock {
         }
     }
 
-    /// The greatest step of late, in seconds.
+    /// The greatest recent step, in seconds.
     pub(crate) fn step_s(&self, now: Time) -> f64 {
         self.steps.at(now)
     }

@@ -16,7 +16,7 @@ const COUNTS_FOR: Duration = Duration::from_secs(60);
 /// Estimates that are averaged: three at 1 Hz are three seconds.
 const AVERAGED: usize = 3;
 
-/// The wind of late.
+/// The recent wind.
 #[derive(Debug, Clone)]
 pub(crate) struct Gusts {
     last: [Option<Wind>; AVERAGED],
@@ -40,7 +40,7 @@ impl Gusts {
         self.greatest.see(now, north_m_s.hypot(east_m_s));
     }
 
-    /// The strongest of late, in metres per second.
+    /// The strongest recent wind, in metres per second.
     pub(crate) fn speed_m_s(&self, now: Time) -> f64 {
         self.greatest.at(now)
     }

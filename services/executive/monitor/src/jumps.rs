@@ -18,7 +18,7 @@ const COMPARABLE: Duration = Duration::from_millis(500);
 /// No vehicle accelerates more, in m/s2: a multirotor that is tilted by 45 degrees does by 1 g. (ENG)
 const MOST_M_S2: f64 = 10.0;
 
-/// The last position, and the jumps of late.
+/// The last position, and the recent jumps.
 #[derive(Debug, Clone)]
 pub(crate) struct Jumps {
     last: Option<(Time, LocalPosition)>,
@@ -54,7 +54,7 @@ impl Jumps {
         }
     }
 
-    /// The greatest of late, in metres.
+    /// The greatest recent jump, in metres.
     pub(crate) fn greatest_m(&self, now: Time) -> f64 {
         self.greatest.at(now)
     }

@@ -14,7 +14,7 @@
 //! - *absent*: never heard, so it has no value and no age. It counts as stale once others have been
 //!   heard for a while, and not before any was heard.
 //!
-//! The time in which the monitor itself did not run, as a process that was stopped, is no silence of anybody.
+//! Time in which the monitor itself did not run, because it was stopped, does not count as silence of others.
 //!
 //! It watches the heartbeats of the processes on board in the same way: one that hangs sends none, and is as silent as one
 //! that is gone.
@@ -65,7 +65,7 @@ pub struct Monitor {
     flags: Vec<Flag>,
     /// Of which samples have arrived that no rule has read yet.
     unread: Vec<Topic>,
-    /// What the expressions read last, what of it said less than it will, and when.
+    /// What the expressions read last, which of those values are not complete yet, and when.
     snapshot: Snapshot,
     unheard: Unheard,
     evaluated_at: Option<Time>,

@@ -11,7 +11,7 @@ use kittiwake_proto::v1;
 /// after one second.)
 const SILENT: Duration = Duration::from_secs(3);
 
-/// The part of a status that rules read; a value that is no finite number was refused.
+/// The part of a status that rules read; a value that is not a finite number was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Outlook {
     pub(crate) home_margin_percent: Option<f64>,
@@ -81,7 +81,7 @@ impl HeardOutlook {
         self.0 = Some((now, outlook));
     }
 
-    /// What is known of it; nothing once the mission manager is silent.
+    /// The last outlook; empty once the mission manager is silent.
     pub(crate) fn at(&self, now: Time, pace: Pace) -> Outlook {
         self.0.filter(|(at, _)| now - *at < pace.wall(SILENT)).map(|(_, it)| it).unwrap_or_default()
     }

@@ -1,4 +1,4 @@
-//! The greatest of values that were seen of late, in little memory.
+//! The greatest of recent values, in little memory.
 
 use std::time::Duration;
 
@@ -25,7 +25,7 @@ impl Greatest {
         self.this = self.this.max(value);
     }
 
-    /// The greatest of late.
+    /// The greatest recent value.
     pub(crate) fn at(&self, now: Time) -> f64 {
         let mut turned = self.clone();
         turned.turn(now);

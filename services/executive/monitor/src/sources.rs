@@ -124,7 +124,7 @@ pub(crate) struct Update {
 }
 
 impl<T> Source<T> {
-    /// A source whose value may stay as it is: a state that lasts is no sign of a fault.
+    /// A source whose value may stay as it is: a state that lasts is not a sign of a fault.
     fn of_states() -> Source<T> {
         Source { freezing: None, latest: None }
     }
@@ -204,7 +204,7 @@ impl Sources {
     /// Nothing was heard yet.
     pub(crate) fn new(config: &Config, pace: Pace) -> Sources {
         Sources {
-            // Its state lasts, but the time of it does not, where the autopilot tells one.
+            // Its state lasts, but its timestamp does not, if the autopilot sends one.
             status: Source::of_measurements(NonZeroU32::MIN, |a, b| b.repeats(a)),
             pre_emption: PreEmption::default(),
             attitude: Source::of_measurements(config.attitude_frozen_samples, |a, b| a == b),
@@ -292,7 +292,7 @@ impl Sources {
                 self.outlook.hear(now, outlook);
                 return self.learn(now, before);
             }
-            // What a process says of itself is no sign of the vehicle.
+            // What a process says about itself is not a sign of life of the vehicle.
             Sample::Planner => return self.planner = Some(now),
             Sample::SkillManager => return self.skill_manager = Some(now),
             Sample::MissionManager => return self.mission_manager = Some(now),
@@ -435,23 +435,23 @@ impl Sources {
         self.away.longest_since(time)
     }
 
-    /// The greatest step of the wall clock of late, in seconds.
+    /// The greatest recent step of the wall clock, in seconds.
     pub(crate) fn clock_step_s(&self, now: Time) -> f64 {
         self.clock.step_s(now)
     }
 
-    /// The wind; `None` where none was estimated of late.
+    /// The wind; `None` without a recent estimate.
     pub(crate) fn wind(&self, now: Time) -> Option<Wind> {
         let update = self.wind.last_update()?;
         self.wind.latest().filter(|_| now - update.at < self.pace.wall(WIND_SILENT)).copied()
     }
 
-    /// The strongest wind of the last minute, in metres per second; `None` where none was estimated of late.
+    /// The strongest wind of the last minute, in metres per second; `None` without a recent estimate.
     pub(crate) fn gust_m_s(&self, now: Time) -> Option<f64> {
         self.wind(now).map(|_| self.gusts.speed_m_s(now))
     }
 
-    /// The greatest jump of the position of late, in metres; `None` before there was a position.
+    /// The greatest recent jump of the position, in metres; `None` before there was a position.
     pub(crate) fn position_jump_m(&self, now: Time) -> Option<f64> {
         self.local_position.latest().map(|_| self.jumps.greatest_m(now))
     }
@@ -462,7 +462,7 @@ impl Sources {
             .map(|_| self.flies_since.map_or(Duration::ZERO, |since| self.flown_before.saturating_add(now - since)))
     }
 
-    /// What the mission manager has told of late.
+    /// What the mission manager has told recently.
     pub(crate) fn outlook(&self, now: Time) -> Outlook {
         self.outlook.at(now, self.pace)
     }

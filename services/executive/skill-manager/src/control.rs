@@ -1,7 +1,7 @@
 //! Who flies the vehicle: the skill manager, or somebody else, a pilot or another ground station.
 //!
-//! A real autopilot obeys whoever commands last, also us against a pilot's hands: not to fight is our own rule. So as soon as
-//! somebody else flies, nothing is commanded any more, and nothing is again before an operator orders it
+//! A real autopilot obeys the last command, also ours against a pilot's hands: not to fight is our own rule. So as soon
+//! as somebody else flies, nothing is commanded any more, and nothing is again before an operator orders it
 //! ([`Control::take_back`]) or the vehicle stands with its motors off.
 //!
 //! Two witnesses say that somebody else flies: the backend ([`domain::fmu::Status::is_flown_by_other`]), and a mode that differs from the

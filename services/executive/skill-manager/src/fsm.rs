@@ -134,12 +134,12 @@ impl SkillState {
                 (S::Execute { trouble: None }, &[A::Register, A::Announce])
             }
             (S::ProcessRequest(P::Commanding), E::TooEarly) => (S::ProcessRequest(P::Waiting), &[]),
-            // The autopilot obeys nothing of it, so nothing is to be undone.
+            // The autopilot has no command of this skill yet, so nothing is to be undone.
             (S::ProcessRequest(P::Waiting), E::Cancel) => {
                 let reason = "cancelled before anything was commanded";
                 (S::Ended(Ending::because(SkillOutcome::Cancelled, reason)), ANNOUNCE)
             }
-            // What it has commanded so far is undone by whoever drives it.
+            // The skill's driver undoes what it has commanded so far.
             (S::ProcessRequest(P::Waiting | P::Commanding), E::Overwritten { by }) => (S::Abort { by }, ANNOUNCE),
             (S::ProcessRequest(_), E::Refused(ending)) => (S::Ended(ending), ANNOUNCE),
             (S::ProcessRequest(P::Commanding | P::CancelRequested), E::Cancel) => {

@@ -14,7 +14,7 @@ use crate::vehicle::FlightStatus;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ModeWatch {
     since: Time,
-    /// The vehicle was seen in the skill's mode; before that, another mode is no pre-emption.
+    /// The vehicle was seen in the skill's mode; before that, another mode is not a pre-emption.
     seen: bool,
 }
 

@@ -248,9 +248,9 @@ impl Resource {
         }
     }
 
-    /// A takeoff that was pre-empted before the vehicle has left the ground does not go on by itself when the failsafe is over: whoever stands
-    /// beside it has seen the autopilot give it up. It is forgotten once the vehicle has really lifted off, not by a land detector that
-    /// reports the air for a moment; nothing is disarmed while it does.
+    /// A takeoff that was pre-empted before the vehicle has left the ground does not go on by itself when the failsafe
+    /// is over: people beside the vehicle have seen the autopilot give it up. It is forgotten once the vehicle has
+    /// really lifted off, not by a land detector that reports the air for a moment; nothing is disarmed while it does.
     fn undo_pre_empted_takeoff(&mut self, now: Now) {
         let view = self.view(now);
         let Some(status) = view.status.filter(|_| self.pre_empted_takeoff) else { return };

@@ -124,7 +124,7 @@ impl Personality for ArduPilot {
         let since = vehicle.armed_since?;
         let climb_m = height_m + vehicle.local_now(now)?.position[2];
         let above_home_m = vehicle.global_since(since, now)?.above_home_m + climb_m;
-        // What is no number in param7 ends the autopilot, and what is not above 0 is refused.
+        // NaN in param7 crashes the autopilot, and a value not above 0 is refused.
         (above_home_m.is_finite() && 0.0 < above_home_m)
             .then(|| CommandLong::new(command::TAKEOFF, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, above_home_m as f32]))
     }
@@ -160,7 +160,7 @@ impl Personality for ArduPilot {
         Some(Target { position: None, velocity: Some([0.0; 3]), yaw_rad: None, yaw_rate_rad_s: None })
     }
 
-    /// One for each axis of the accelerometer: the greatest. One that is no number makes it unknown, not small.
+    /// The greatest axis of the accelerometer. NaN in one axis makes it unknown, not small.
     fn vibration_m_s2(&self, axes: [f64; 3]) -> f64 {
         axes.into_iter().fold(0.0, |greatest, it| if it.is_nan() || greatest < it { it } else { greatest })
     }

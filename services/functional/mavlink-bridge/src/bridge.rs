@@ -176,7 +176,7 @@ impl Bridge {
 
     /// Says in the log why nothing is flown, once.
     fn say_problem(&mut self, now: Time) {
-        // Whoever starts together with the autopilot does not hear it at once.
+        // A bridge that starts together with the autopilot does not hear it at once.
         const PATIENCE: Duration = Duration::from_secs(3);
         let problem = self.peers.problem(now).filter(|_| PATIENCE < now - Time::ZERO);
         if problem != self.said_problem {

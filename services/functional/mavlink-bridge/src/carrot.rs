@@ -39,7 +39,7 @@ pub(crate) struct Aim {
 const MARGIN_M: f64 = 3.0;
 /// One that has come nearer by this follows. (ENG: gusts move one that holds by less.)
 const NEARER_M: f64 = 1.5;
-/// A pause of the setpoints that is longer is no motion.
+/// A longer pause of the setpoints does not count as motion.
 const LONGEST_STEP_S: f64 = 0.5;
 
 impl Carrot {

@@ -33,7 +33,7 @@ pub(crate) struct Epoch {
 
 /// A message that was overtaken on its way is not older than this.
 const OVERTAKEN_MS: u32 = 2_000;
-/// As many old messages in a row are no accident: the clock has begun again.
+/// This many old messages in a row are not an accident: the clock has begun again.
 const RESTARTED_AFTER: u32 = 3;
 /// Home moves to the vehicle at each arming, PX4's at each takeoff, too, and that is said within a few seconds.
 const SETTLES: Duration = Duration::from_secs(5);

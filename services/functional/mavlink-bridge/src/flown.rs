@@ -33,7 +33,7 @@ pub(crate) struct Flown {
     pub(crate) order: Order,
     pub(crate) modes: ModeObserver<u32>,
     pub(crate) submode: Submode,
-    /// When that began, or the last command ended: what the autopilot says may be of before for a moment.
+    /// When that began, or the last command ended: what the autopilot says may be old for a moment.
     settles_since: Time,
     pub(crate) epoch: Epoch,
     /// How the frame has moved, since the vehicle was armed.
@@ -179,7 +179,7 @@ impl Flown {
         matches!(heard, Heard::Heartbeat(it) if it.system_status == BOOT) && before.is_some_and(|it| STANDBY <= it)
     }
 
-    /// The autopilot was started again: nothing of before holds.
+    /// The autopilot was started again: nothing earlier holds.
     fn restart(&mut self, now: Time) {
         tracing::warn!("the autopilot was started again");
         let heartbeat = self.vehicle.heartbeat.filter(|(_, it)| !it.armed);
@@ -226,7 +226,7 @@ impl Flown {
         if let Command::Takeoff { height_m } = command
             && !height_m.is_finite()
         {
-            return Err("the height of the takeoff is no number".into());
+            return Err("the height of the takeoff is not a number".into());
         }
         let steps = self.personality.steps(command, &self.vehicle)?;
         self.adopts = false;

@@ -109,7 +109,7 @@ pub enum Found {
     Version1,
 }
 
-/// Finds frames in bytes. What is no frame is skipped.
+/// Finds frames in bytes, and skips the rest.
 #[derive(Debug, Default)]
 pub struct Framer {
     bytes: Vec<u8>,

@@ -1,14 +1,15 @@
 //! The mode on the ground: whether the vehicle can be armed it says truly only in the mode in which it is flown.
 //!
 //! That mode is selected once after a start and once after a landing, when the mode has been the same for a while: an autopilot that
-//! starts may still take the mode that a switch of its remote control names. Whoever changes it afterwards is not fought; it is selected
-//! again before each arming.
+//! starts may still take the mode that a switch of its remote control names. A pilot who changes it afterwards is not
+//! fought; it is selected again before each arming.
 
 use std::time::Duration;
 
 use domain::time::Time;
 
-/// A mode that is the same for so long is not about to change by itself. (A real ArduPilot takes that of its switch 0.2 s after it is ready.)
+/// A mode that is the same for this long is not about to change by itself. (A real ArduPilot takes that of its switch
+/// 0.2 s after it is ready.)
 const STEADY: Duration = Duration::from_secs(1);
 /// A mode that was asked for and is not seen is asked for again after this time.
 const PERIOD: Duration = Duration::from_secs(1);

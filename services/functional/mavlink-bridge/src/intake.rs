@@ -72,7 +72,7 @@ mod tests {
         }
     }
 
-    /// In each turn so many pieces are taken in, and the next one comes at once.
+    /// In each turn `expected` pieces are taken in, and the next one comes at once.
     #[track_caller]
     fn check(piece: usize, not_believed: usize, expected: usize) {
         let (mut link, mut intake) = (Flood { piece, not_believed }, Intake::default());

@@ -19,8 +19,8 @@ pub enum Voice {
 
 /// The way to the autopilot as the node sees it; it never waits.
 pub trait Link: std::fmt::Debug {
-    /// The next bytes that have arrived: a datagram, or a piece of a stream. They are none where nothing in that is believed: it has been
-    /// looked at all the same, and there may be more.
+    /// The next bytes that have arrived: a datagram, or a piece of a stream. Empty if nothing in it is believed: it has
+    /// been looked at all the same, and there may be more.
     fn receive(&mut self, now: Time) -> Option<Vec<u8>>;
 
     /// Sends a frame, or drops it if it cannot be sent at once.

@@ -14,11 +14,11 @@ use crate::link::Voice;
 
 /// MAV_COMP_ID_AUTOPILOT1.
 const AUTOPILOT_COMPONENT: u8 = 1;
-/// A second autopilot that was not heard for so long is gone.
+/// A second autopilot that was silent for this long is gone.
 const GONE: Duration = Duration::from_secs(5);
 /// MAV_TYPE of multirotors and helicopters: quadrotor, coaxial, helicopter, hexarotor, octorotor, tricopter, dodecarotor, decarotor.
 const COPTERS: [u8; 8] = [2, 3, 4, 13, 14, 15, 29, 35];
-/// MAV_AUTOPILOT_INVALID: a component that is no flight controller.
+/// MAV_AUTOPILOT_INVALID: a component that is not a flight controller.
 const NO_AUTOPILOT: u8 = 8;
 
 /// What was heard of whom.

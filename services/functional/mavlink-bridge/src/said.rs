@@ -112,7 +112,7 @@ fn payload(said: Said, system: u8) -> (u32, Vec<u8>) {
     /// The autopilot's component. ArduPilot would also obey a command to a component that does not exist.
     const AUTOPILOT: u8 = 1;
     match said {
-        // An onboard controller (18) that is no autopilot (8) and is active (4).
+        // An onboard controller (18) that is not an autopilot (8) and is active (4).
         Said::Heartbeat => (0, vec![0, 0, 0, 0, 18, 8, 0, 4, 3]),
         Said::Command { command: CommandLong { command, params }, confirmation } => {
             let mut payload = params.iter().flat_map(|it| it.to_le_bytes()).collect::<Vec<_>>();

@@ -1,4 +1,4 @@
-//! The setpoints that were sent last, by which one of somebody else is told from ours.
+//! The setpoints that were sent last, to tell a foreign one from ours.
 
 use std::collections::VecDeque;
 use std::time::Duration;

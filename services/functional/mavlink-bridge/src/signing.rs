@@ -127,7 +127,7 @@ impl Signing {
             return Err(Refused::Old);
         }
         self.heard.insert(stream, time);
-        // Whoever is ahead is followed: a clock that was set back would be refused by the other side.
+        // Follow the clock that is ahead: one that was set back would be refused by the other side.
         self.newest = self.newest.max(time);
         Ok(())
     }
@@ -231,7 +231,7 @@ impl<L: Link> Link for SignedLink<L> {
     }
 
     fn admit(&mut self, voice: Voice) -> bool {
-        // What is late is not handed on: whoever listens behind this link does not know of it.
+        // A late frame is not handed on: listeners behind this link cannot know that it is late.
         self.link.admit(if self.is_late { voice.max(Voice::Late) } else { voice })
     }
 }

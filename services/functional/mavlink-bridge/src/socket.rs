@@ -302,7 +302,8 @@ fn serial(path: &str, baud: u32, arrived: Arrived, outgoing: Receiver<Vec<u8>>) 
 }
 
 fn open_serial(path: &str, baud: u32) -> io::Result<File> {
-    let rate = baud_rate(baud).ok_or_else(|| io::Error::other(format!("{baud} baud is no rate of a serial line")))?;
+    let rate =
+        baud_rate(baud).ok_or_else(|| io::Error::other(format!("{baud} baud is not a rate of a serial line")))?;
     // It must not become the terminal that can end this process.
     let line = OpenOptions::new().read(true).write(true).custom_flags(nix::libc::O_NOCTTY).open(path)?;
     let mut settings = tcgetattr(&line)?;

@@ -83,7 +83,7 @@ impl Flown {
         // While the autopilot flies a failsafe, or somebody else flies, nobody expects it to fly our setpoints.
         let is_ours = author == Author::Ours && !is_critical;
         let unflown = is_ours && self.setpoints.are_unflown(config.unflown_s.seconds(), now);
-        // It stands although it is to fly: by our own stop, or because the autopilot swallows what it is told.
+        // It stands although it is to fly: by our own stop, or because the autopilot swallows its commands.
         let stands = (signal_lost && personality.stop().is_some() && intended == actual) || unflown;
         if stands {
             actual = actual.and(Some(fmu::FlightMode::Loiter));
@@ -150,7 +150,7 @@ impl Flown {
         reasons.into_iter().flatten().map(str::to_owned).collect()
     }
 
-    /// What the autopilot itself says of it: texts, or else its health.
+    /// The autopilot's own explanation: texts, or else its health.
     fn explanation(&self, now: Time) -> Option<String> {
         let since = Time::ZERO + (now - Time::ZERO).saturating_sub(EXPLAINS);
         let (texts, unhealthy) = (self.vehicle.texts.warnings_since(since), self.vehicle.unhealthy(now));

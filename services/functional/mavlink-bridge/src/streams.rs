@@ -11,7 +11,7 @@ use crate::said::{CommandLong, Said, command};
 /// A request that is not answered is sent again after this time, and given up after some tries.
 const RETRY: Duration = Duration::from_millis(500);
 const TRIES: u32 = 3;
-/// All are asked for again if the land detector, which both send whatever they know, was not heard for so long.
+/// All are asked for again if the land detector, which both send whatever they know, was not heard for this long.
 const SILENT: Duration = Duration::from_secs(5);
 
 /// GPS_GLOBAL_ORIGIN.

@@ -44,7 +44,8 @@ pub(crate) fn published(heard: &Heard, vehicle: &Vehicle, now: Now) -> Option<Ef
     })
 }
 
-/// A measure of vibration counts for so long: it is sent once a second, and a link that is silent is to change nothing before it counts as that.
+/// A measure of vibration counts for this long: it is sent once a second, and a silent link must first count as silent
+/// before that changes anything.
 const VIBRATION_AGE: Duration = Duration::from_secs(10);
 
 /// How much the frame shakes, in m/s2, while the motors run.
@@ -71,7 +72,7 @@ fn accuracy_m(vehicle: &Vehicle, now: Time) -> (f64, f64) {
     of_estimator.filter(finite).or(of_receiver).unwrap_or((UNKNOWN_ACCURACY_M, UNKNOWN_ACCURACY_M))
 }
 
-/// The position in the local frame, whose origin is the estimator's. `None` if a number in it is none.
+/// The position in the local frame, whose origin is the estimator's. `None` if one of its values is not a number.
 fn local_position(it: &LocalPosition, vehicle: &Vehicle, now: Now) -> Option<fmu::LocalPosition> {
     let [north_m, east_m, down_m] = it.position;
     let [north_m_s, east_m_s, down_m_s] = it.velocity;
@@ -104,7 +105,7 @@ fn global_position(it: &GlobalPosition, vehicle: &Vehicle, now: Time) -> Option<
     })
 }
 
-/// The attitude; `None` if it is none.
+/// The attitude; `None` if the numbers are not one.
 fn attitude(q: [f64; 4], rates: [f64; 3]) -> Option<fmu::Attitude> {
     let length = q.iter().map(|it| it * it).sum::<f64>().sqrt();
     let is_attitude = (length - 1.0).abs() < 0.01 && rates.iter().all(|it| it.is_finite());

@@ -120,7 +120,7 @@ impl Bridge {
                 let taken = Record::decode(&definition, payload).and_then(|it| self.take(key.topic, &it, now, out));
                 match taken {
                     Ok(true) => self.watch.heard(key.topic, now),
-                    // The same statement once more is no sign of life.
+                    // The same statement once more is not a sign of life.
                     Ok(false) => {}
                     Err(cause) => {
                         out.effects.push(Effect::refused(what(key.topic), format!("`{}` of PX4: {cause}", key.topic)))

@@ -18,7 +18,7 @@ const LEAST_LEAD_M: f64 = 1.0;
 pub(crate) struct Carrot(Option<(Time, Ned)>);
 
 impl Carrot {
-    /// The next setpoint on the way to `target` at `speed_m_s`, for a vehicle at `vehicle`; at most `lead_s` ahead of it.
+    /// The next setpoint on the way to `target` at `speed_m_s`, at most `lead_s` ahead of the vehicle at `vehicle`.
     pub(crate) fn next(&mut self, target: Ned, speed_m_s: f64, lead_s: f64, vehicle: Ned, now: Time) -> Ned {
         let from = self.0.filter(|(at, _)| now - *at <= GAP);
         let (at, from) = from.unwrap_or((now, vehicle));

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use domain::quantity::Positive;
 use serde::Deserialize;
 
-/// Where PX4 is met, and the limits of what is believed of it.
+/// Where PX4 is met, and the limits of what is believed.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {

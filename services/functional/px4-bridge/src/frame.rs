@@ -67,7 +67,7 @@ impl Frame {
     /// Takes in a sample of the local position.
     ///
     /// # Errors
-    /// If this version of it lacks a field.
+    /// If this version lacks a field.
     pub(crate) fn read(&mut self, position: &Record<'_>) -> Result<(), CdrError> {
         let number = |field| position.number(field);
         let place = LatLon::new(number("ref_lat")?, number("ref_lon")?).ok();
@@ -83,7 +83,7 @@ impl Frame {
         let moved_m =
             (position.number_at("delta_xy", 0)?.hypot(position.number_at("delta_xy", 1)?), number("delta_z")?.abs());
         if let Some(before) = self.reference.filter(|it| it.is_valid) {
-            // What is not a number is no small distance.
+            // Treat NaN as a jump.
             let far = |counted: bool, moved_m: f64| counted && (moved_m.is_nan() || self.jump_m <= moved_m);
             let horizontal = far(before.resets.0 != reference.resets.0, moved_m.0);
             if horizontal || far(before.resets.1 != reference.resets.1, moved_m.1) {

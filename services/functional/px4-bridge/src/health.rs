@@ -20,7 +20,7 @@ const fn in_modes(flag: &'static str, modes: &'static str, words: &'static str) 
     Meaning { flag, modes: Some(modes), words }
 }
 
-/// The flags of `failsafe_flags`, in the order in which their reasons are told.
+/// The flags of `failsafe_flags`, in the order of their reasons.
 const MEANINGS: &[Meaning] = &[
     always("fd_critical_failure", "the attitude is out of control"),
     always("fd_motor_failure", "a motor has failed"),

@@ -127,7 +127,7 @@ const RULES: &[Rule] = &[
     Rule {
         name: "NAV_DLL_ACT",
         suits: |it, all, _| it == 0.0 || excepts(all, "COM_DLL_EXCEPT"),
-        expected: "0, or COM_DLL_EXCEPT with bit 2 (offboard): Kittiwake is no ground station of PX4's and has a link of its own",
+        expected: "0, or COM_DLL_EXCEPT with bit 2 (offboard): Kittiwake is not a ground station for PX4 and has its own link",
     },
     Rule {
         name: "NAV_RCL_ACT",
@@ -137,7 +137,7 @@ const RULES: &[Rule] = &[
     Rule {
         name: "COM_LOW_BAT_ACT",
         suits: |it, _, _| [2.0, 3.0].contains(&it),
-        expected: "3 (return, then land) or 2 (land): with 0 PX4 is no net under ours",
+        expected: "3 (return, then land) or 2 (land): with 0 PX4 is not a net below ours",
     },
     Rule {
         name: "BAT_CRIT_THR",
@@ -162,12 +162,12 @@ const RULES: &[Rule] = &[
     Rule {
         name: "COM_DISARM_LAND",
         suits: |it, _, _| it <= 0.0 || 1.0 <= it,
-        expected: "1 s or more, so that a bounce is no end",
+        expected: "1 s or more, so that a bounce does not disarm",
     },
     Rule {
         name: "COM_DISARM_PRFLT",
         suits: |it, _, _| it <= 0.0 || 5.0 <= it,
-        expected: "5 s or more: so long a takeoff may take to begin",
+        expected: "5 s or more: a takeoff may take 5 s to begin",
     },
     Rule {
         name: "MPC_XY_VEL_MAX",

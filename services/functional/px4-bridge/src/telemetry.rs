@@ -1,4 +1,4 @@
-//! PX4's samples as messages of the `fmu/` topics. A sample with a value that is no number is not passed on.
+//! PX4's samples as messages of the `fmu/` topics. A sample with a value that is not a number is not passed on.
 
 use domain::fmu::{Attitude, Battery, GlobalPosition, LandDetected, LocalPosition};
 use domain::geometry::{Ned, NedVelocity};
@@ -15,10 +15,11 @@ pub(crate) struct Rates {
 const LONGEST_GAP_US: u64 = 200_000;
 
 impl Rates {
-    /// The attitude with its turn rates; `None` for the first one, after a gap or a reset, and where a value is no number.
+    /// The attitude with its turn rates; `None` for the first one, after a gap or a reset, and where a value is not a
+    /// number.
     ///
     /// # Errors
-    /// If this version of it lacks a field.
+    /// If this version lacks a field.
     pub(crate) fn attitude(&mut self, sample: &Record<'_>) -> Result<Option<Attitude>, CdrError> {
         let (at, resets) = (sample.unsigned("timestamp_sample")?, sample.unsigned("quat_reset_counter")?);
         let mut q = [0.0; 4];
@@ -50,10 +51,10 @@ fn turned([w, x, y, z]: [f64; 4], [w2, x2, y2, z2]: [f64; 4]) -> [f64; 3] {
     d.map(|it| it * sign)
 }
 
-/// The local position; `None` where a value is no number.
+/// The local position; `None` where a value is not a number.
 ///
 /// # Errors
-/// If this version of it lacks a field.
+/// If this version lacks a field.
 pub(crate) fn local_position(sample: &Record<'_>) -> Result<Option<LocalPosition>, CdrError> {
     let n = |field| sample.number(field);
     let position = LocalPosition {
@@ -74,7 +75,7 @@ pub(crate) fn local_position(sample: &Record<'_>) -> Result<Option<LocalPosition
 /// The global position, if PX4 vouches for it.
 ///
 /// # Errors
-/// If this version of it lacks a field.
+/// If this version lacks a field.
 pub(crate) fn global_position(sample: &Record<'_>) -> Result<Option<GlobalPosition>, CdrError> {
     let n = |field| sample.number(field);
     let position = GlobalPosition {
@@ -92,7 +93,7 @@ pub(crate) fn global_position(sample: &Record<'_>) -> Result<Option<GlobalPositi
 /// The land detector's statement.
 ///
 /// # Errors
-/// If this version of it lacks a field.
+/// If this version lacks a field.
 pub(crate) fn land_detected(sample: &Record<'_>) -> Result<LandDetected, CdrError> {
     let (landed, ground_contact) = (sample.flag("landed")?, sample.flag("ground_contact")?);
     Ok(LandDetected { landed, ground_contact, timestamp_us: sample.unsigned("timestamp")? })
@@ -101,7 +102,7 @@ pub(crate) fn land_detected(sample: &Record<'_>) -> Result<LandDetected, CdrErro
 /// The battery; `None` where PX4 measures no charge or voltage.
 ///
 /// # Errors
-/// If this version of it lacks a field.
+/// If this version lacks a field.
 pub(crate) fn battery(sample: &Record<'_>) -> Result<Option<Battery>, CdrError> {
     let (voltage_v, remaining) = (sample.number("voltage_v")?, sample.number("remaining")?);
     // -1 stands for a current that is not measured.

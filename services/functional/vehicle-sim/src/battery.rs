@@ -94,7 +94,7 @@ impl Battery {
     }
 
     /// The current under which the terminals give `power_w`, from I (V0 - I R) = P. No pack gives more than V0^2 / 4 R, at half of its
-    /// open-circuit voltage: whoever asks for more gets that.
+    /// open-circuit voltage: a demand for more gets that.
     fn current_for_a(&self, power_w: f64) -> f64 {
         let (open_v, resistance_ohm) = (self.open_circuit_v(), self.config.resistance_ohm.get());
         let discriminant = open_v * open_v - 4.0 * resistance_ohm * power_w;

@@ -1,4 +1,4 @@
-//! What a start of the autopilot sets anew: its clock, its local frame, and the silence until it speaks.
+//! What a start of the autopilot resets: its clock, its local frame, and the silence until it speaks.
 
 use std::time::Duration;
 

@@ -50,7 +50,7 @@ pub(crate) enum Refusal {
     #[error("the vehicle is on the ground")]
     OnGround,
     /// A takeoff to where the vehicle already is.
-    #[error("a takeoff to {target_m:.1} m is no climb from {height_m:.1} m")]
+    #[error("a takeoff to {target_m:.1} m is not a climb from {height_m:.1} m")]
     NoClimb {
         /// The height that was asked for.
         target_m: f64,
@@ -97,7 +97,7 @@ pub(crate) fn judge(command: Command, situation: &Situation) -> Result<(), Refus
         (C::Offboard, _) if !situation.setpoints => Err(Refusal::NoSetpoints),
         (C::Offboard, P::Disarmed) => Ok(()),
         (C::Offboard, P::OnGround | P::InAir) => fit,
-        // As a real one, it opens wherever it is told to: that the place is right is for the sender to see.
+        // Like a real one, it opens anywhere on command: the sender must see that the place is right.
         (C::Release, _) => Ok(()),
     }
 }

@@ -1,5 +1,5 @@
 //! Whether the vehicle stands on the ground, detected in stages as PX4 does: contact, maybe landed,
-//! landed. Each stage must last before the next one begins, so that a bounce is no landing.
+//! landed. Each stage must last before the next one begins, so that a bounce is not a landing.
 
 use std::time::Duration;
 

@@ -147,7 +147,7 @@ impl Publisher {
     }
 }
 
-/// The messages without their time, since a newer time alone is no change.
+/// The messages without their time, since a newer time alone is not a change.
 fn timeless(messages: &[Message]) -> Vec<Message> {
     let mut messages = messages.to_vec();
     for message in &mut messages {

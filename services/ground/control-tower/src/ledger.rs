@@ -2,7 +2,7 @@
 //!
 //! The ledger knows when a decision or an expiry is due; the decision itself comes from the policy or from
 //! an operator. It forgets an area only where there is no room for another one, and only one about which nothing holds any
-//! more: a grant that has expired, or an answer of the policy that the vehicle gets anew when it asks again. What is
+//! more: a grant that has expired, or an answer of the policy that the vehicle gets again when it asks again. What is
 //! denied or revoked by hand stays so.
 
 use std::collections::BTreeMap;
@@ -22,8 +22,8 @@ mod parts;
 
 /// More areas than any mission has; no more are kept, so that they do not fill the memory.
 const MAX_AREAS: usize = 256;
-/// Of these, at most so many that the vehicle has not asked for: decisions about areas that do not exist cannot take the places of its
-/// own requests.
+/// Of these, at most this many that the vehicle has not asked for: decisions about areas that do not exist cannot take
+/// the places of its own requests.
 const MAX_UNASKED: usize = MAX_AREAS / 2;
 /// Requests remembered, so that a repeated one is recognised: far more than can still be repeated.
 const REMEMBERED_REQUESTS: usize = 1024;
@@ -39,7 +39,7 @@ pub(crate) struct Ledger {
     has_forgotten: bool,
 }
 
-/// What is known about one area, and what of it the vehicle may know.
+/// What is known about one area, and the part that the vehicle may know.
 #[derive(Debug)]
 struct Permission {
     line: Line,

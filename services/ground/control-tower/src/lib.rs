@@ -111,7 +111,7 @@ impl ControlTower {
     /// Why the state cannot be used; nothing is changed then.
     pub fn resume(&mut self, mut memory: v1::TowerMemory) -> Result<(), InvalidMessage> {
         persisted::restored(Now::default(), self.pace, &memory.ledgers)?;
-        // A tower of before had the same numbers for all vehicles.
+        // Older towers had the same numbers for all vehicles.
         for ledger in memory.ledgers.iter_mut().filter(|it| it.last_decision == 0) {
             ledger.last_decision = memory.last_decision;
         }

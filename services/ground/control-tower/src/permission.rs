@@ -56,7 +56,7 @@ pub(crate) enum Standing {
 }
 
 impl Standing {
-    /// What holds of it at `now`: a grant that has ended holds no more, also where nobody has said so yet.
+    /// What holds at `now`: a grant that has ended holds no more, also where nobody has said so yet.
     fn at(self, now: Time) -> Standing {
         match self {
             Standing::Granted { expiry, .. } if expiry.at <= now => Standing::Expired,
@@ -69,7 +69,8 @@ impl Standing {
         matches!(self, Standing::Denied { by: By::Operator, .. } | Standing::Revoked { .. })
     }
 
-    /// Whether nothing of it holds at `now`: without it the vehicle has the same rights, and gets an answer when it asks again.
+    /// Whether nothing holds at `now`: without it the vehicle has the same rights, and gets an answer when it asks
+    /// again.
     pub(crate) fn may_be_forgotten(&self, now: Time) -> bool {
         match self {
             Standing::Expired | Standing::Denied { by: By::Policy, .. } => true,
@@ -133,7 +134,7 @@ pub(crate) fn on_time(before: &Standing, now: Time, fresh: Expiry) -> Option<Nex
             Verdict::Grant => S::Granted { expiry: fresh, by: By::Policy },
             Verdict::Deny { reason } => S::Denied { reason: reason.clone(), by: By::Policy },
         })),
-        // Expiry is no decision: it answers no request.
+        // Expiry is not a decision: it answers no request.
         S::Granted { expiry, .. } if expiry.at <= now => Some(undecided(S::Expired)),
         S::Requested { .. } | S::Granted { .. } | S::Denied { .. } | S::Revoked { .. } | S::Expired => None,
     }

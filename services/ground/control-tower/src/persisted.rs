@@ -61,7 +61,7 @@ fn line(now: Now, pace: Pace, memory: &v1::PermissionMemory) -> Result<(String, 
     let it = memory.permission.as_ref().ok_or(InvalidMessage::Missing("permission"))?;
     let by = if memory.by_operator { By::Operator } else { By::Policy };
     let granted_for = duration("granted_for_s", memory.granted_for_s)?;
-    // A tower of before took longer texts, which it could not publish.
+    // Older towers took longer texts, which they could not publish.
     let reason = || shortened(&it.reason, MAX_REASON_BYTES);
     let request_id = shortened(&it.request_id, MAX_REQUEST_ID_BYTES);
     let standing = match it.state() {

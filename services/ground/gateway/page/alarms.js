@@ -9,7 +9,7 @@ import { clock, flag } from "./words.js";
 import { mountNotices } from "./notices.js";
 import { isShelved, shelve, shelvedUntil, unshelveAll } from "./shelf.js";
 
-/** Each class with its rank, tone, form and the number of beeps; an advisory makes no noise and is no alarm. */
+/** Each class with its rank, tone, form and the number of beeps; an advisory makes no noise and is not an alarm. */
 const CLASSES = {
   ALARM_WARNING: { rank: 3, tone: "bad", form: "▲", word: "warning", beeps: 3 },
   ALARM_CAUTION: { rank: 2, tone: "warn", form: "◆", word: "caution", beeps: 1 },
@@ -62,7 +62,7 @@ const mayAcknowledge = () => has("safety") || has("operator");
 /** What is active and nobody has acknowledged, on any vehicle: the first to come is the first to be told, and none is left out. */
 function alarmsOfAll() {
   const selected = isCutOff() ? [] : alarmsOf(store.selected, store.doc?.contingencies?.active, store.doc?.contingencies?.acting, store.doc?.contingencies?.way);
-  // What a vehicle that is not reached had last is told in the list, with its age: here it would stand for ever.
+  // The list shows the last state of an unreachable vehicle, with its age: here it would stand for ever.
   const others = store.vehicles.filter((it) => it.vehicle !== store.selected);
   const ofOther = (it) => (it.contact?.lost ? [silence(it)] : alarmsOf(it.vehicle, it.contingencies, it.acting));
   return [...selected, ...others.flatMap(ofOther)].sort((a, b) => b.sinceS - a.sinceS);

@@ -25,7 +25,7 @@ function place([, before, north, between, east], start, isCorner) {
   return { north: value(north), east: value(east), isCorner, from, until, between };
 }
 
-/** The text with this place of it elsewhere, to a tenth of a metre. */
+/** The text with this place moved, to a tenth of a metre. */
 export function movedTo(text, { from, until, between }, { north, east }) {
   const figure = (it) => (Math.round(it * 10) / 10 || 0).toFixed(1);
   return text.slice(0, from) + figure(north) + between + figure(east) + text.slice(until);

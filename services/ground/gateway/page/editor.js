@@ -12,7 +12,7 @@ import { showAll } from "./map-view.js";
 export function mountEditor() {
   const panel = document.getElementById("editor");
   const area = h("textarea", { id: "mission-text", spellcheck: "false", autocomplete: "off", wrap: "off", "aria-label": "Text of the mission file", input: () => tried(null) });
-  /** Whoever moves a place on the map changes the text. */
+  /** Moving a place on the map changes the text. */
   store.draft.move = (index, to) => {
     const place = placesIn(area.value)[index];
     if (!place) return;

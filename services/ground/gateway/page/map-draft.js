@@ -3,7 +3,7 @@
 import { store } from "./store.js";
 import { toScreen } from "./map-view.js";
 
-/** How far from its middle a handle is taken hold of, in pixels: a finger is no pointer. */
+/** How far from its middle a handle is taken hold of, in pixels: a finger is coarser than a pointer. */
 const REACH = 16;
 
 /** Squares for corners, circles for objectives and sites. */

@@ -30,7 +30,7 @@ export function mountPermissions() {
     attribute(accept, "hidden", !store.doc?.tower?.memory?.loss || !has("tower"));
     const items = cardsOf(store.doc);
     attribute(none, "hidden", !store.doc || items.length > 0);
-    // Which areas there are says the mission manager; nothing heard of it is not the same as no areas.
+    // The mission manager says which areas there are; its silence is not the same as no areas.
     text(none, store.doc?.sources?.missionStatus?.wallAgeS == null ? "Not known yet: nothing was heard of the mission." : "No area of this mission needs a permission.");
     list(cards, items, (it) => it.area, make, fill);
   };

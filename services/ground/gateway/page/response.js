@@ -7,7 +7,7 @@ export function responseWords({ destination, lands, timeS }) {
   return `${destination}, ${lands ? "down" : "there"} in ${clock(timeS)}`;
 }
 
-/** The first of a row's actions: what comes only if it fails is told with the contingency. */
+/** The first of a row's actions: what comes only if it fails is shown with the contingency. */
 export const firstAction = (it) => flag((it || "").split(", else")[0]);
 
 /** `Return home: battery low. Home, down in 0:35. The mission is over after it.`; empty if nothing responds. */

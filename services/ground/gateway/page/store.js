@@ -64,7 +64,7 @@ export function onChange(listener) {
   listeners.add(listener);
 }
 
-/** Calls `listener` when another vehicle is selected, before anything of it is shown. */
+/** Calls `listener` when another vehicle is selected, before anything about it is shown. */
 export function onSelect(listener) {
   selecting.add(listener);
 }
@@ -93,7 +93,7 @@ function sinceArrival() {
 }
 
 /**
- * Seconds by which the last status arrived late, if that makes it stale. Less is none: what a status tells may be a period old when it
+ * Seconds by which the last status arrived late, if that makes it stale. Less does not count: a status may be a period old when it
  * leaves, and a clock that is set by a little looks the same.
  */
 function lateness() {
@@ -237,7 +237,7 @@ function forget() {
   Object.assign(store, { events: [], samples: [], trail: [], plan: noPlan() });
 }
 
-/** Fetches where the vehicle has flown before this page was opened: nothing else asks for it, so that it is asked for until it is told. */
+/** Fetches where the vehicle has flown before this page was opened. Nothing else asks for that, so it retries until it has an answer. */
 async function recall(vehicle) {
   clearTimeout(recalling);
   let points;

@@ -65,7 +65,7 @@ function toldByDecisions(events) {
   return told;
 }
 
-/** An event as a line; an event that is none for people is left out. `raised`: that the flag which it answers was raised, to be said first. */
+/** An event as a line; an event that is not for people is left out. `raised`: that the flag which it answers was raised, to be said first. */
 function line({ id, type, data, at }, index, raised) {
   const key = id ?? `${type}-${at}-${index}`;
   const as = (topic, words, tone) => ({ key, at, topic, words: sentence(words), tone });

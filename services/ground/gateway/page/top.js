@@ -50,7 +50,7 @@ export function mountTop() {
   };
 }
 
-/** Says that the vehicle flies another mission than it did: whoever has not ordered that must know. Returns what is flown. */
+/** Says that the vehicle flies another mission than it did: operators who have not ordered that must know. Returns what is flown. */
 function tellAnotherMission(before) {
   const [vehicle, mission] = [store.selected, store.doc?.mission?.name];
   if (!mission) return before.vehicle === vehicle ? before : {};

@@ -18,7 +18,7 @@ pub struct RecordedDecisions {
     pub problem: Option<String>,
 }
 
-/// Why a file is no recording.
+/// Why a file is not a recording.
 #[derive(Debug, thiserror::Error)]
 pub enum NoRecording {
     /// It cannot be opened.
@@ -31,7 +31,7 @@ pub enum NoRecording {
     },
     /// It holds no message of a mission.
     #[error(
-        "{}: is no recording: {problem}; expected an MCAP file that a gateway has made, in the folder that `kittiwake up` \
+        "{}: is not a recording: {problem}; expected an MCAP file that a gateway has made, in the folder that `kittiwake up` \
          prints as `recordings`",
         .path.display()
     )]
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn a_file_that_is_no_recording_is_refused_with_what_was_expected() {
-        check(b"", Err("is no recording: "));
+        check(b"", Err("is not a recording: "));
         check(b"name = \"mission\"\n", Err("expected an MCAP file"));
         check(&recording(Vec::new()), Err("none of its messages belongs to a mission"));
         let missing = read(Path::new("/nothing/here.mcap")).unwrap_err().to_string();
@@ -143,7 +143,7 @@ mod tests {
         for name in ["20260101T000000123Z-uav1.mcap", "20260102T000000123Z-uav1.mcap", "notes.txt"] {
             std::fs::write(folder.path().join(name), "x").unwrap();
         }
-        // Files of others are no answer to "the newest".
+        // Foreign files do not count as "the newest".
         std::fs::write(folder.path().join("zebra.mcap"), "x").unwrap();
         assert_eq!(newest_first(folder.path()).unwrap()[0], folder.path().join("20260102T000000123Z-uav1.mcap"));
         assert_eq!(newest_first(&folder.path().join("missing")).unwrap(), Vec::<PathBuf>::new());

@@ -190,7 +190,7 @@ impl<T> Strangers<T> {
         of(&|network| counts.get(network) == largest)
     }
 
-    /// A stranger leaves, by itself or because it is none any more.
+    /// A stranger leaves, by itself or because it has become a token holder.
     fn leave(&mut self, number: u64) -> Option<(Network, T)> {
         self.sitting.remove(&number)
     }
@@ -311,7 +311,7 @@ mod tests {
         assert_eq!((first.claim(&anna), second.claim(&ben)), (Ok(()), Ok(())));
         assert_eq!(first.claim(&ben), Err(Taken::TooManyOfOne("ben".into(), 1)));
         let _newcomers: Vec<_> = (0..9).map(|_| take()).collect();
-        assert!(!is_closed(&mut first_closes), "it is no stranger's");
+        assert!(!is_closed(&mut first_closes), "it is not a stranger's");
         assert_eq!(take().0.claim(&anna), Err(Taken::TooManyOfOne("anna".into(), 1)));
     }
 
@@ -384,7 +384,7 @@ mod tests {
         let changed = Tokens::parse(&source).unwrap();
         seats.keep(|who| changed.has_token(&who.token_hash(), 0));
         let _newcomers: Vec<_> = (0..9).map(|_| take()).collect();
-        assert!(!is_closed(&mut first_closes), "it is no stranger's");
+        assert!(!is_closed(&mut first_closes), "it is not a stranger's");
         let (other, _other_closes) = take();
         let ben = identity("ben", Role::Observer, "ben");
         assert_eq!(other.claim(&ben), Err(Taken::AllForWatchers(1)));

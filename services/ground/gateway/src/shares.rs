@@ -25,7 +25,7 @@ pub(crate) struct Shares {
 }
 
 /// Who has shares: the clients with one token, or those without any. A token that replaces another of the same name is a new holder:
-/// whoever has the old one has nothing of what the new one may have.
+/// the holder of the old one has no part in the new one's shares.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Holder {
     name: Arc<str>,

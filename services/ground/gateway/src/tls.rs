@@ -28,8 +28,8 @@ pub use shown::ShownCertificate;
 pub enum Demand {
     /// That clients accept them now: a human starts a simulation, and can get others.
     Valid,
-    /// That connections can be made with them; what is wrong with the date is told: a human starts what may be in the air, and may know
-    /// that the date is wrong.
+    /// That connections can be made with them; a wrong date is only reported: a human starts what may be in the air,
+    /// and may know that the date is wrong.
     Usable,
     /// Nothing: the gateway may have run before, and something may fly. Where the files cannot be used no client gets a connection until they can.
     Nothing,

@@ -325,7 +325,7 @@ fn what_is_told_of_replaced_files_is_told_until_those_of_before_are_back() {
             std::fs::copy(files.path(&format!("{name}.{kind}")), files.path(&format!("server.{kind}"))).unwrap();
         }
     };
-    // The files one after the other, each seen twice, and what is told of each.
+    // The files one after the other, each seen twice, and the message for each.
     let check = |steps: &[(&str, &str)]| {
         replace("good");
         let config = config(Some(&files.path("server.pem")), Some(&files.path("server.key")), false);
@@ -358,7 +358,7 @@ fn a_gateway_that_is_started_again_is_kept_away_by_no_file() {
     let text = files.write("text.pem", "no certificate", 0o600);
     let absent = Path::new("/nowhere/absent.pem");
     let address = "127.0.0.1:0".parse().unwrap();
-    // What is told of these files, or why the gateway does not start.
+    // The message for these files, or why the gateway does not start.
     let start = |certificate: &Path, key: &Path, demand| {
         let encryption = encryption(&config(Some(certificate), Some(key), false), address, demand, SystemTime::now());
         let encryption = encryption.map_err(|it| it.to_string())?.unwrap();

@@ -272,7 +272,8 @@ impl Permissions {
     }
 
     /// Asks again for `area`, whose permission is held and will expire, or is to be confirmed, or doubted; returns whether a request was
-    /// sent. Answers are overdue as for any other request, but silence is no denial here: the flight reacts to the expiry itself.
+    /// sent. Answers are overdue as for any other request, but silence is not a denial here: the flight reacts to the
+    /// expiry itself.
     pub(crate) fn renew(&mut self, now: Time, area: &str, by: StepId, outbox: &mut Outbox) -> bool {
         if self.requests.contains_key(area) || self.renewals.get(area).is_some_and(|until| now < *until) {
             return false;

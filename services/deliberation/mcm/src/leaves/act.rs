@@ -55,7 +55,7 @@ impl StepGoal {
         StepGoal { wanted, flown, chosen_by: world.narrowing(), look_again: world.next_look(), gives_up }
     }
 
-    /// Whether what may be flown of it must be looked at again.
+    /// Whether the part that may be flown must be looked at again.
     fn is_doubtful(&self, world: &World) -> bool {
         let narrowing = world.narrowing();
         self.chosen_by != narrowing || (narrowing.no_new_area.is_some() && self.look_again <= world.now())

@@ -33,7 +33,7 @@ pub(super) enum Destination {
     FreeGround,
 }
 
-/// Flies leg by leg; each is chosen when it begins, and again when the airspace rule forbids the rest of it.
+/// Flies leg by leg; each is chosen when it begins, and again when the airspace rule forbids its rest.
 pub(super) struct FlyTo {
     destination: Destination,
     leg: Option<Leg>,
@@ -41,7 +41,7 @@ pub(super) struct FlyTo {
 
 struct Leg {
     run: SkillRun,
-    /// It is no leg: there is no way, and the vehicle holds, or leaves an area, by this goal.
+    /// Not a leg: there is no way, and the vehicle holds, or leaves an area, by this goal.
     waits: Option<Goal>,
     /// The end of the leg, how fast it is flown, and the end of the way.
     target: Ned,
@@ -53,7 +53,7 @@ struct Leg {
 }
 
 impl Leg {
-    /// It is no leg, but a landing where the vehicle is.
+    /// Not a leg, but a landing where the vehicle is.
     fn lands(&self) -> bool {
         self.waits == Some(Goal::Land)
     }

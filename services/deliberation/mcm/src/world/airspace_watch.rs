@@ -1,4 +1,4 @@
-//! Looks at the airspace around the vehicle and ahead of it.
+//! Looks at the airspace around and ahead of the vehicle.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -70,7 +70,7 @@ impl AirspaceWatch {
 }
 
 impl World {
-    /// Checks the airspace around the vehicle and ahead of it: raises the flag of a breach, asks in time for
+    /// Checks the airspace around and ahead of the vehicle: raises the flag of a breach, asks in time for
     /// permissions that will expire, and finds what is wrong with the rest of the step.
     pub(super) fn watch_airspace(&mut self) {
         let Some(vehicle) = self.seen.vehicle.filter(|it| it.flying) else {

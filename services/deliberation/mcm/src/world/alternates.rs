@@ -16,12 +16,12 @@ use super::places::SAME_SITE_M;
 use super::{WhatMayBeEntered, World};
 use crate::journal::{CONTINGENCY, Said};
 
-/// A look ends after so many legs of ways, and each search in it after half of them: it runs in the loop that answers flags, twice a
-/// second. (Measured: 2 to 10 us for a leg.)
+/// A look ends after this many legs of ways, and each search in it after half of them: it runs in the loop that answers
+/// flags, twice a second. (Measured: 2 to 10 us for a leg.)
 const LEGS_OF_A_LOOK: u32 = 2_000;
 /// A reason names at most this many places. (ENG: a sentence that can be read.)
 const MOST_BARRED: usize = 3;
-/// So many places are told. (ENG: an operator's screen, and a link that may be narrow.)
+/// The most places that are published. (ENG: an operator's screen, and a link that may be narrow.)
 pub(super) const MOST_TOLD: usize = 8;
 
 #[derive(Debug, Default)]
@@ -107,7 +107,7 @@ impl World {
         let text = format!("flies to {place} to land");
         let said = Said::new(CONTINGENCY, DecisionKind::SiteChosen, text).about(self.response_row());
         let Some(chosen) = seen.iter().find(|it| it.candidate.position == position) else {
-            // A place beside one where a landing has failed is no alternate, and nothing is known of it.
+            // A place beside one where a landing has failed is not an alternate, and nothing is known about it.
             return self.record(said.taking(place, String::new()));
         };
         let usable_wh = self.usable_wh();

@@ -137,7 +137,7 @@ impl World {
         let told_at = vehicle.status_at.min(self.control.told_at);
         let is_known = |it: &Taking| it.flown.is_some_and(|at| at < told_at);
         if stands || self.control.taking.as_ref().is_some_and(is_known) {
-            // From here on whoever flies is another one, or still the same, whom the order did not reach.
+            // From here on the pilot is another one, or still the same, whom the order did not reach.
             self.control.taking = None;
         }
         let is_over = self.mission.over.is_some() && !vehicle.flying;

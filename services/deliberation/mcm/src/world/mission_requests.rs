@@ -24,7 +24,7 @@ const LIMIT: Duration = Duration::from_secs(60);
 /// A mission that goes on faster than it is asked about is not changed.
 const MOST_TRIES: u32 = 8;
 
-/// Requests that wait for the planner, by number, and the answers of before.
+/// Requests that wait for the planner, by number, and the previous answers.
 #[derive(Debug, Default)]
 pub(super) struct MissionRequests {
     last: u64,

@@ -275,7 +275,7 @@ impl World {
         &self.setup.library
     }
 
-    /// Records in words what is no choice between alternatives.
+    /// Records in words what is not a choice between alternatives.
     pub(crate) fn say(&mut self, topic: &'static str, text: impl Into<String>) {
         self.record(Said::new(topic, DecisionKind::Note, text));
     }

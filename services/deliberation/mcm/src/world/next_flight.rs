@@ -33,8 +33,8 @@ impl World {
         Ok(format!("the next mission starts: `{}`", self.planner.mission.status.mission))
     }
 
-    /// The vehicle that flew another mission stands, as after a loss of power in flight and a way home by hand: nothing of it is for the mission of
-    /// now but that an operator decides when that begins.
+    /// The vehicle that flew another mission stands, as after a loss of power in flight and a way home by hand. Nothing
+    /// is carried over to the current mission but that an operator decides when that begins.
     pub(super) fn forget_other_mission(&mut self) {
         let of_memory = [MEMORY_UNUSABLE, MEMORY_UNWRITABLE];
         for flag in self.flags_of_the_last_flight().into_iter().filter(|it| !of_memory.contains(&&**it)) {
@@ -45,7 +45,7 @@ impl World {
         self.landings.by_plan = None;
     }
 
-    /// Nothing has begun, ended or been ordered yet; the frame is that of now, and its time begins.
+    /// Nothing has begun, ended or been ordered yet; the frame is the current one, and its time begins.
     fn begin_anew(&mut self) {
         let Mission { vehicle_name, clock, .. } = std::mem::take(&mut self.mission);
         self.mission = Mission { vehicle_name, clock, ..Mission::default() };

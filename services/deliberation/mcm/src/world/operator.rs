@@ -141,7 +141,7 @@ impl World {
         };
         Ok(match self.next_responder().filter(|it| !is_over(it)) {
             None if is_frame_forgotten => {
-                let unknown = "an order of before, such as an abort, may be forgotten, and whether the local frame moved \
+                let unknown = "an earlier order, such as an abort, may be forgotten, and whether the local frame moved \
                                meanwhile is not known: see that the vehicle is where it is shown";
                 format!("goes on with a new plan; {unknown}")
             }

@@ -30,7 +30,7 @@ pub enum UnusableState {
     /// The manager was started with another mission since.
     #[error("it belongs to another mission file")]
     OfAnotherMission,
-    /// A part of it makes no sense.
+    /// It makes no sense.
     #[error(transparent)]
     InvalidMessage(#[from] InvalidMessage),
 }

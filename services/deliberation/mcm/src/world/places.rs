@@ -9,8 +9,8 @@ use super::World;
 
 /// A place nearer than this to a failed landing counts as the same place.
 pub(super) const SAME_SITE_M: f64 = 20.0;
-/// Where the only landing site is blocked, a landing is tried this far beside it, in so many directions. (ENG: beyond what counts as
-/// the same place.)
+/// Where the only landing site is blocked, a landing is tried this far beside it, in [`DIRECTIONS`]. (ENG: beyond what
+/// counts as the same place.)
 const ASIDE_M: [f64; 3] = [30.0, 60.0, 90.0];
 const DIRECTIONS: u32 = 8;
 

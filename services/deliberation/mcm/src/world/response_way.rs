@@ -1,4 +1,4 @@
-//! Where the response under way leads, as it is told to operators: its way, its destination, and the time to its end.
+//! Where the response under way leads, as operators see it: its way, its destination, and the time to its end.
 
 use domain::geometry::Ned;
 use domain::skill::Goal;
@@ -21,7 +21,7 @@ impl World {
         self.answer.response_way = self.response_row().zip(way);
     }
 
-    /// What is told of it; `None` if nothing responds, or the response stays where it is.
+    /// The published way; `None` if nothing responds, or the response stays where it is.
     pub(super) fn told_response_way(&self) -> Option<v1::ResponseWay> {
         let row = self.response_row()?;
         let here = self.seen.vehicle.filter(|it| it.flying)?.position;

@@ -129,8 +129,8 @@ impl World {
         not_before
     }
 
-    /// There is no way to `site` now, for the reason `why`. Asks for the permissions that there may be one with. Returns whether the
-    /// response holds until then: that there is none is no failure of what was tried, before the latest moment.
+    /// There is no way to `site` now, for the reason `why`. Asks for the permissions that may open one. Returns whether
+    /// the response holds until then: before the latest moment, a missing way does not count as a failed try.
     pub(crate) fn may_wait_for_way(&mut self, site: Ned, why: &str) -> bool {
         self.ask_for_way(site);
         let row = self.response_row().map(|row| &self.setup.table.rows()[row]);
@@ -175,9 +175,9 @@ impl World {
         self.record(said.taking("holds", String::new()).rejecting(vec![Rejected { what, why: why.to_owned() }]));
     }
 
-    /// Whether a flight of the response, which is not begun or was interrupted, may wait until a failsafe of the autopilot's own is over:
-    /// until the latest moment, but for one that passes by itself, and for a pilot's time to act. What is interrupted is no try that has
-    /// failed.
+    /// Whether a flight of the response, which is not begun or was interrupted, may wait until a failsafe of the
+    /// autopilot's own is over: until the latest moment, but for one that passes by itself, and for a pilot's time to
+    /// act. An interrupted try does not count as failed.
     pub(crate) fn may_wait_for_autopilot(&mut self) -> bool {
         let (now, left) = (self.now.time, self.left_to_autopilot());
         let Some(response) = self.answer.response.as_mut() else { return false };

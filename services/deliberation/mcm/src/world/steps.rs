@@ -56,7 +56,7 @@ impl World {
     pub(crate) fn step_failed(&mut self, reason: String) {
         let text = format!("step {} failed: {reason}", self.step_number());
         self.record(Said::new("step", DecisionKind::StepFailed, text));
-        // Also what was refused ahead: the next plan knows of it before the vehicle is at the border.
+        // Also refusals ahead: the next plan knows them before the vehicle is at the border.
         let denials = self.permissions.take_denials();
         self.permissions.end_asking_ahead();
         self.planner.fail(self.now.time, reason, denials, self.setup.limits.config.retry_pause_s.seconds());

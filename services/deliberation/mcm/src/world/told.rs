@@ -32,7 +32,7 @@ impl Told {
         self.control_tower |= ages.control_tower_s.is_some();
         if let Some(derived) = introspection.derived {
             let told = Duration::try_from_secs_f64(derived.flight_s).ok().filter(|it| *it <= LONGEST_FLIGHT);
-            // One that was started again in flight may have begun to count anew.
+            // A monitor that restarted in flight may have begun to count again.
             self.flight = derived.flying.then(|| (now, told.unwrap_or_default().max(self.flight_time(now))));
         }
     }
@@ -76,7 +76,7 @@ mod tests {
             assert_eq!(tell(s, flight_s, true, None), (true, s as f64 - 3.0));
         }
         assert_eq!(tell(40, 0.0, false, None), (true, 0.0));
-        // The longest is told on as such: monitors refuse a longer one.
+        // The longest is published as it is: monitors refuse a longer one.
         let longest_s = LONGEST_FLIGHT.as_secs_f64();
         assert_eq!(tell(50, longest_s, true, None), (true, longest_s));
         assert_eq!(tell(60, 10.0, true, None), (true, longest_s));
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn a_flight_misses_nobody_who_was_heard_only_in_a_session_before() {
-        /// Whether the ground counts as heard, by what a session before has told, after an introspection of now.
+        /// Whether the ground counts as heard, by what a session before has told, after a current introspection.
         #[track_caller]
         fn check(armed: Option<bool>, flying: Option<bool>, ground_link_s: Option<f64>, expected: bool) {
             let before = v1::ToldByMonitor { ground_link: true, control_tower: true, flight_s: 0.0 };

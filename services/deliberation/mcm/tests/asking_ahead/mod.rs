@@ -8,7 +8,7 @@ use kittiwake_proto::v1::SkillOutcome::Succeeded;
 use crate::stories::fly;
 use crate::stories::rig::{Rig, plan, step};
 
-/// A step that asks for B ahead, so many seconds after its beginning.
+/// A step that asks for B ahead, `after_s` after its beginning.
 fn asking_ahead(id: u64, goal: Goal, ask: &[&str], after_s: f64) -> v1::PlanStep {
     v1::PlanStep { ask_ahead: vec![v1::AskAhead { area: "B".into(), for_s: 60.0, after_s }], ..step(id, goal, ask) }
 }

@@ -20,7 +20,7 @@ fn releasing() -> (Rig, String) {
     (rig, skill)
 }
 
-/// What the planner is told of the gripper by the open request.
+/// The gripper's state in the open request to the planner.
 fn told(rig: &Rig) -> Gripper {
     let state = rig.open().find_map(|it| match it {
         Request::Replan(it) => it.basis.as_ref()?.state.clone(),

@@ -200,7 +200,7 @@ fn a_cancellation_that_got_lost_is_sent_again() {
     assert_eq!(rig.story(), "cancel skill 1");
 }
 
-/// An autopilot whose battery is nearly empty refuses to hover, however often it is told to.
+/// An autopilot whose battery is nearly empty refuses to hover, however often that is commanded.
 #[test]
 fn a_cancellation_that_is_refused_is_sent_again_after_a_pause_and_not_at_once() {
     let mut rig = denied_takeoff(true);

@@ -106,9 +106,7 @@ fn in_the_air_it_holds_until_an_operator_resumes() {
     let reply = rig.command(RESUME);
     assert!(
         reply.done
-            && reply
-                .text
-                .starts_with("goes on with a new plan; an order of before, such as an abort, may be forgotten"),
+            && reply.text.starts_with("goes on with a new plan; an earlier order, such as an abort, may be forgotten"),
         "{reply:?}"
     );
     rig.wait(0.5);

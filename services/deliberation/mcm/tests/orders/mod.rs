@@ -487,7 +487,7 @@ fn only_replannings_wait_if_the_policy_says_so() {
     rig.story();
     rig.plan(v1::replan_reply::Reply::Plan(v1::Plan { steps: vec![step(3, fly(100.0), &[])], ..Default::default() }));
     assert_eq!(rig.story(), "start fly 0 100 10");
-    // That mission is no other one for the next process.
+    // For the next process that is the same mission.
     rig.execute();
     let mut rig = rig.started_again();
     rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));

@@ -20,7 +20,7 @@ fn a_vehicle_beside_its_leg_is_told_with_its_distance() {
     rig.vehicle(true, Offboard, (25.0, 60.0, 10.0));
     assert_eq!(told(&mut rig).path_deviation_m, Some(25.0));
     rig.vehicle(true, Offboard, (0.0, 70.0, 40.0));
-    assert_eq!(told(&mut rig).path_deviation_m, Some(0.0), "a climb is no deviation");
+    assert_eq!(told(&mut rig).path_deviation_m, Some(0.0), "a climb is not a deviation");
 }
 
 #[test]

@@ -98,7 +98,7 @@ fn where_the_vehicle_stands_by_then_nothing_of_the_other_mission_counts_but_an_o
     rig.silence(0.1);
     rig.vehicle(false, Loiter, (0.0, 0.0, 0.0));
     rig.wait(1.0);
-    // The landing of before it was seen, and the stop that the lost memory asks for.
+    // The landing from before it was seen, and the stop that the lost memory asks for.
     rig.execute();
     rig.execute();
     rig.end_present(v1::SkillOutcome::Succeeded);

@@ -427,7 +427,7 @@ impl Rig {
         self.together = together;
         self.answer(|it| matches!(it, Request::Edit(_)).then(|| Ok(Response::Edit(edited.clone()))));
         if was_asked && !together {
-            // The answer is for the mission of before, so the manager asks again.
+            // The answer is for the previous mission, so the manager asks again.
             let log = self.log.len();
             self.plan(v1::replan_reply::Reply::Hold(v1::HoldUntil::default()));
             self.log.truncate(log);

@@ -57,7 +57,7 @@ fn a_response_names_its_value_what_it_comes_before_and_where_it_goes() {
     assert!(place.value < place.threshold && place.response_reason.contains(" usable"), "{place:?}");
     assert_eq!(rejected(place), [("site `field`", "home comes first where it can be reached so well")]);
 
-    // Where it leads is told, too: over home, and down.
+    // Its way is published, too: over home, and down.
     rig.wait(1.0);
     let way = rig.status().response_way.expect("it flies");
     assert_eq!((way.destination.as_str(), way.lands), ("home", true));

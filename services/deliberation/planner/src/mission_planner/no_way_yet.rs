@@ -91,7 +91,7 @@ impl MissionPlanner {
 
     pub(super) fn end_hold(&mut self, now: Time) {
         let Some(hold) = self.hold.take() else { return };
-        // A pause that follows is no wait for the area.
+        // A pause that follows does not count as a wait for the area.
         self.permissions.has_held(&hold.area, (now - hold.since).min(hold.wait));
         if hold.outlasts_grant {
             self.permissions.forget_ended_grants(now);

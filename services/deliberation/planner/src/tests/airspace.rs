@@ -285,7 +285,7 @@ fn a_goal_that_is_closed_for_two_minutes_at_most_is_waited_for() {
     check_closed("01:00", on_the_way, "hold 61 s: area K is closed for 61 s more");
     // Over before it could arrive.
     check_closed("00:20", None, at_once);
-    // Inside of it the vehicle leaves, unless the area is over first.
+    // Inside the area the vehicle leaves, unless the area is over first.
     check_closed("01:00", Some([0.0, 480.0, 10.0]), "finished");
     check_closed("00:04", Some([0.0, 480.0, 10.0]), "hold 5 s: area K is closed for 5 s more");
 }

@@ -70,7 +70,7 @@ fn what_ends_elsewhere_is_not_waited_for() {
     fn check_elsewhere(until: &str) {
         let closed = area("K", "keep-out", [450.0, 550.0], &hours("\"Wed,Thu 00:00-00:01\""));
         let elsewhere = area("U", "keep-out", [900.0, 950.0], &format!("until_utc = \"2026-01-01T00:{until}Z\""));
-        // A way past the corners of U would take so long that K is over by then; a shorter wait is sooner.
+        // K would be over before the end of a way past the corners of U; a shorter wait is sooner.
         check(
             &Story::of(&across(&(closed + &elsewhere))).plan(),
             "hold 22 s: area K is closed for 60 s more: waits 22 s, until 2026-01-01T00:00:22Z, and arrives 58 s sooner than by the \

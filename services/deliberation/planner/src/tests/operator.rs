@@ -259,7 +259,7 @@ fn nothing_is_left_out_of_a_mission_that_ends() {
         story.end = ("ordered by anna".into(), true, false);
         let reply = story.ask(leave_out("deliver"));
         assert_eq!((reply.accepted, reply.text.as_str()), (false, "ordered by anna: nothing is left to leave out"));
-        // The end of the last flight is none of the next one's.
+        // The end of the last flight does not end the next one.
         story.end = ("ordered by anna".into(), false, true);
         assert!(story.ask(leave_out("deliver")).accepted);
     }

@@ -6,7 +6,7 @@ use v1::mission_request::Request as Ask;
 
 /// Where the mission takes off.
 const HERE: Option<(f64, f64)> = Some((54.0, 6.6));
-/// 1.1 km north of it.
+/// 1.1 km north of [`HERE`].
 const ELSEWHERE: Option<(f64, f64)> = Some((54.01, 6.6));
 
 const UNKNOWN: &str = "the mission has an origin, and the vehicle has not said where its own is";
@@ -43,7 +43,7 @@ fn on_the_ground_it_waits_until_the_vehicle_knows_its_place() {
     check(&story.plan(), &format!("hold 1 s: {waits}"));
     assert_eq!(story.status().hold, waits);
     story.hear(HERE);
-    assert_eq!(story.status().hold, "", "it is told at once");
+    assert_eq!(story.status().hold, "", "it is published at once");
     check(&story.plan(), PLAN);
 }
 

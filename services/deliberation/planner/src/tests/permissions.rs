@@ -300,7 +300,7 @@ fn an_area_whose_grants_are_too_short_is_flown_round() {
     );
 }
 
-/// On the ground inside of W, a grant for which was too short for the way out of it.
+/// On the ground inside of W, whose grant was too short for the way out.
 fn landed_by_a_short_grant(granted_s: f64) -> Story {
     let mut story = Story::of(&across(&area("W", "permission", [-100.0, 400.0], "")));
     story.plan();

@@ -41,7 +41,7 @@ impl Skill for Stop {
     }
 
     fn ready(&mut self, view: &View) -> Ready {
-        // To be slow in another mode is no stop: that mode goes on flying.
+        // To be slow in another mode is not a stop: that mode goes on flying.
         let loiters = view.status.is_some_and(|it| {
             // A loiter that somebody else has chosen is not ours before it is commanded.
             it.is_in(FlightMode::Loiter) && !it.of_other && self.is_slow(view)

@@ -13,7 +13,7 @@ fn release(north_m: f64) -> Goal {
     Goal::Release { over: Ned::new(north_m, 0.0, -10.0) }
 }
 
-/// For so long that no release of an earlier skill manager is waited for.
+/// Long enough that no release of an earlier skill manager is waited for.
 fn hovering(gripper: Gripper) -> Rig {
     let mut rig = started_in_flight(gripper);
     rig.run(5.0);
@@ -152,13 +152,14 @@ fn a_release_that_was_interrupted_is_not_commanded_again_while_the_gripper_may_y
 
     let (mut rig, again) = interrupted();
     assert_eq!(rig.outcome(again), TimedOut);
-    assert_eq!(rig.autopilot.commands.len(), 2, "it has not opened, and is told to once more");
+    assert_eq!(rig.autopilot.commands.len(), 2, "it has not opened, and gets the command once more");
 }
 
 /// The one before it may have sent a release, and been killed while the gripper opened.
 #[test]
 fn a_skill_manager_that_is_started_in_flight_waits_once_for_a_release_that_it_does_not_know_of() {
-    /// How many releases are commanded until so long after the first status, of 5 s, and until the skill has succeeded.
+    /// How many releases are commanded until `until_s` after the first status, at 5 s, and until the skill has
+    /// succeeded.
     #[track_caller]
     fn check(rig: &mut Rig, until_s: f64, before: usize, after: usize) {
         rig.forget();

@@ -1,12 +1,13 @@
 //! What has arrived at a socket from whom, and who of those are the ground stations that are sent to.
 //!
-//! There are a few places. One is given by something that is believed, and kept as long as that goes on: see [`Arrivals::admit`]. Whoever
-//! knows the key and is behind is let in where a place is free: only so it hears the time that it has to sign with. What arrives from each
-//! place waits by itself, and what arrives from all others in a small queue of its own; they are taken in turn, so that nobody's datagrams
-//! keep another one's out, or wait behind them for long.
+//! There are a few places. One is given by something that is believed, and kept as long as that goes on: see
+//! [`Arrivals::admit`]. A station that knows the key and is behind is let in where a place is free: only so it hears
+//! the time that it has to sign with. What arrives from each place waits by itself, and what arrives from all others in
+//! a small queue of its own; they are taken in turn, so that nobody's datagrams keep another one's out, or wait behind
+//! them for long.
 //!
 //! Where somebody has to leave for a newcomer, it is one of the address that has the most (as with the seats of the gateway): a stranger with
-//! many ports displaces himself. Addresses can be made up, so that this is no protection without signatures.
+//! many ports displaces himself. Addresses can be made up, so that this does not protect without signatures.
 
 use std::cmp::Reverse;
 use std::collections::VecDeque;
@@ -28,7 +29,7 @@ const MOST_OF_ONE: usize = 128;
 /// Datagrams that wait of all who have no place.
 const MOST_OF_OTHERS: usize = 32;
 
-/// Who sends to a socket, and what of it was not taken yet.
+/// Who sends to a socket, and what was not taken yet.
 #[derive(Debug)]
 pub(super) struct Arrivals {
     stations: Vec<Station>,
@@ -114,7 +115,7 @@ impl Arrivals {
             return false;
         }
         let is_believed = voice == Voice::Believed;
-        // What of it waits among the others would be overtaken there, and then be too old to be believed.
+        // Its datagrams that wait among the others would be overtaken there, and then be too old to be believed.
         let (own, others): (VecDeque<_>, _) = self.others.drain(..).partition(|(address, _)| *address == from);
         self.others = others;
         let waiting = own.into_iter().map(|(_, bytes)| bytes).collect();

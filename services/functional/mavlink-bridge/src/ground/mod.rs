@@ -26,7 +26,7 @@ pub use socket::GroundSocket;
 
 /// Our own heartbeat, as MAVLink demands.
 const HEARTBEAT_PERIOD: Duration = Duration::from_secs(1);
-/// An onboard controller (18) that is no autopilot (8) and is active (4).
+/// An onboard controller (18) that is not an autopilot (8) and is active (4).
 const HEARTBEAT: [u8; 9] = [0, 0, 0, 0, 18, 8, 0, 4, 3];
 /// Senders that are remembered; a network has some ten.
 const MOST_SENDERS: usize = 256;
@@ -91,7 +91,7 @@ impl Ground {
     }
 
     fn route(&mut self, frame: Frame, system: Option<u8>, now: Time) -> Option<Frame> {
-        // Who speaks on the vehicle's side, or as we do, is no ground station: its own frame has come round.
+        // Who speaks on the vehicle's side, or as we do, is not a ground station: its own frame has come round.
         let sender = (frame.system(), frame.component());
         if self.on_vehicle.contains(&sender) || system.is_some_and(|it| sender == (it, OUR_COMPONENT)) {
             return None;
@@ -126,7 +126,7 @@ impl Ground {
         }
     }
 
-    /// Why something that has arrived is not believed. Each reason is told once: a stranger cannot fill the log.
+    /// Why something that has arrived is not believed. Each reason is returned once: a stranger cannot fill the log.
     pub(crate) fn tell_refused(&mut self) -> Option<String> {
         let why = self.link.refused().filter(|it| !self.told_refused.contains(it))?;
         self.told_refused.push(why.clone());

@@ -1,4 +1,4 @@
-//! What a ground station is told in our name.
+//! Texts to a ground station in our name.
 
 use kittiwake_proto::v1::{DecisionKind, DecisionRecord};
 

@@ -52,7 +52,7 @@ pub struct Field {
     pub name: String,
     /// Its number, or those of its array.
     pub kind: Kind,
-    /// How many numbers; 1 for one that is no array.
+    /// How many numbers; 1 if it is not an array.
     pub count: usize,
 }
 
@@ -73,7 +73,7 @@ pub struct Definition {
 #[derive(Debug, Clone)]
 pub struct Definitions(Vec<Definition>);
 
-/// A line of a table that is none.
+/// An invalid line of a table.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: found `{found}`, expected {expected}")]
 pub struct InvalidDefinitions {

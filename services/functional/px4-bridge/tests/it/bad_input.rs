@@ -1,4 +1,4 @@
-//! PX4 absent, half there, of another version, not ready, or saying what is no number: clear words, nothing made up, no takeoff.
+//! PX4 absent, half there, of another version, not ready, or sending NaN: clear words, nothing made up, no takeoff.
 
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
@@ -46,7 +46,7 @@ fn status(rig: &mut Rig, mode: u8, arming: u8, passes: bool) -> Vec<Message> {
     status_of(rig, 0.0, mode, arming, passes)
 }
 
-/// A status with this timestamp of PX4; 0 is none.
+/// A status with this timestamp of PX4; 0 stands for no timestamp.
 fn status_of(rig: &mut Rig, timestamp_us: f64, mode: u8, arming: u8, passes: bool) -> Vec<Message> {
     let mode = f64::from(mode);
     let numbers = [("arming_state", f64::from(arming)), ("nav_state", mode), ("nav_state_user_intention", mode)];

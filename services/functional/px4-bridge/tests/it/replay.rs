@@ -1,4 +1,4 @@
-//! The captured flight through the bridge: what the system above would have seen of it.
+//! The captured flight through the bridge: what the system above would have seen.
 
 use domain::fmu::Status;
 use kittiwake_proto::topics::Message;

@@ -93,7 +93,7 @@ impl Rig {
         }
     }
 
-    /// What the bridge publishes when it is told this.
+    /// What the bridge publishes after this message.
     pub(crate) fn told(&mut self, message: impl Into<Message>) -> Vec<Message> {
         let mut effects = Vec::new();
         let event = Event::Message { vehicle: "uav1".into(), message: message.into() };

@@ -60,7 +60,7 @@ fn every_captured_message_encodes_to_its_bytes() {
     let definitions = Definitions::known();
     let mut inbound = 0;
     for sample in data::flight().samples {
-        let key = keys::read(&sample.key, 0).unwrap_or_else(|| panic!("{} is no key of PX4", sample.key));
+        let key = keys::read(&sample.key, 0).unwrap_or_else(|| panic!("{} is not a key of PX4", sample.key));
         let definition = definitions.of(key.topic, key.hash).expect("a version of the table");
         let record = Record::decode(definition, &sample.payload).unwrap_or_else(|it| panic!("{it}"));
         let encoded = record.encode();

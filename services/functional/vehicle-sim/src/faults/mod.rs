@@ -134,9 +134,9 @@ pub(crate) enum Fault {
     HeadingError(f64),
     /// The autopilot steers for a place beside each position that it is sent.
     SteeringError {
-        /// Metres north of it.
+        /// How far north, in metres.
         north_m: f64,
-        /// Metres east of it.
+        /// How far east, in metres.
         east_m: f64,
     },
     /// The autopilot flies no faster than this over ground, m/s; `None`: than its own limit.

@@ -22,7 +22,7 @@ fn what_is_rejected_while_armed_on_the_ground() {
     flight.rejected(land(), "the vehicle is on the ground");
     flight.rejected(offboard(), "there are no fresh offboard setpoints");
     let ack = flight.command(takeoff(0.0)).unwrap();
-    assert!(ack.reason.starts_with("a takeoff to 0.0 m is no climb from"), "{}", ack.reason);
+    assert!(ack.reason.starts_with("a takeoff to 0.0 m is not a climb from"), "{}", ack.reason);
     flight.accepted(disarm());
     assert!(!flight.status.armed);
 }

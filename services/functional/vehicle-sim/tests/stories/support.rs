@@ -278,7 +278,7 @@ impl Flight {
         match message {
             Message::VehicleCommandAck(it) => self.ack = Some(it),
             Message::VehicleStatus(it) => {
-                // Its time alone is no news.
+                // Its time alone is not news.
                 if it != (v1::VehicleStatus { timestamp_us: it.timestamp_us, ..self.status.clone() }) {
                     self.note(&describe(&it));
                 }

@@ -75,7 +75,7 @@ impl Ledger {
         v1::PermissionLedger { permissions, after_area, through_area, ..Default::default() }
     }
 
-    /// All of it is said once more without waiting for its turn, but after what was never said.
+    /// Every line is said once more without waiting for its turn, but after lines never said.
     pub(crate) fn repeat_all(&mut self) {
         let said = self.permissions.values_mut().filter_map(|it| it.shown.as_mut());
         said.for_each(|it| it.said = it.said.min(TIMES_SAID - 1));

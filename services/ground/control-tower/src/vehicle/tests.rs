@@ -21,7 +21,7 @@ const CONFIG: &str = "
 ";
 const LINK: &str = include_str!("../../../../../config/zenoh/link.toml");
 
-/// A tower that has granted as many areas as it keeps, and what the vehicle hears of it.
+/// A tower that has granted as many areas as it keeps, and what the vehicle hears.
 struct Rig {
     tower: ControlTower,
     now: Now,

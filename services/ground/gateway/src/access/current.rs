@@ -74,7 +74,7 @@ impl CurrentTokens {
 
 fn not_used(why: &str, valid: &Tokens) -> String {
     let what =
-        if valid.all.is_empty() { "until it can be used no token is valid" } else { "the tokens of before stay valid" };
+        if valid.all.is_empty() { "until it can be used no token is valid" } else { "the previous tokens stay valid" };
     format!("{why}; {what}")
 }
 
@@ -126,7 +126,7 @@ mod tests {
             let is_valid = |token| current.get().identify(token, 0).is_some();
             assert_eq!((is_valid("old"), is_valid("new")), (valid == "old", valid == "new"));
             assert_eq!(current.get().still_has(&anna, 0), valid == "old");
-            let expected = said.map(|it| format!("gateway: {}{it}; the tokens of before stay valid", path.display()));
+            let expected = said.map(|it| format!("gateway: {}{it}; the previous tokens stay valid", path.display()));
             assert_eq!(current.problem(), expected);
         }
         // Whatever was in its place: a usable file is used.

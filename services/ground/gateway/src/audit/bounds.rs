@@ -12,8 +12,8 @@ pub(super) const MAX_LINE: u64 = 1 << 20;
 const MAX_TEXT: usize = 500;
 /// The most roles: far more than there are.
 const MAX_ROLES: usize = 16;
-/// Bytes of the arguments on the wire, whose text has at most six for each of them. Whoever makes a record sees to it that they have less
-/// (`http::record`); from one that does not, they are left out.
+/// Bytes of the arguments on the wire, whose text has at most six for each of them. The maker of a record ensures that
+/// they have less (`http::record`); from one that does not, they are left out.
 const MAX_ARGUMENTS: usize = 16 * 1024;
 
 /// The record with each of its texts cut.

@@ -59,9 +59,9 @@ pub(crate) struct Tip {
 pub(crate) enum Line {
     /// A whole record.
     Record(Link),
-    /// The beginning of one, or what a file system leaves of it after a power loss.
+    /// The beginning of one, or its remains after a power loss.
     Part,
-    /// Something that no gateway writes, and no part of it.
+    /// Something that no gateway writes, not even in part.
     Foreign,
 }
 
@@ -100,7 +100,7 @@ pub(crate) fn read(line: &[u8]) -> Line {
     link(line, &document).map_or(Line::Foreign, Line::Record)
 }
 
-/// Whether a line that is no record is what was written of one until the gateway was killed.
+/// Whether an invalid line is the beginning of a record, written until the gateway was killed.
 pub(crate) fn is_beginning(line: &[u8]) -> bool {
     line.starts_with(b"{") && serde_json::from_slice::<Value>(line).is_err_and(|it| it.is_eof())
 }

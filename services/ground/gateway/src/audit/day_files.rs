@@ -209,8 +209,8 @@ enum CutOffAt {
         /// It.
         given: u64,
     },
-    /// It could not write a record, nor take back what it had written of it: all numbers since are given, so it takes that of the last record
-    /// that was lost, and says so.
+    /// It could not write a record, nor take back the part that it had written: all numbers since are given, so it
+    /// takes that of the last record that was lost, and says so.
     Write {
         /// The number of the record that is written now.
         next: u64,
@@ -220,8 +220,8 @@ enum CutOffAt {
 /// The last line of a file.
 #[derive(Debug)]
 struct Last {
-    /// The bytes of a line that was cut off. Only one without a line feed is: what else is no record was changed, and stays as it
-    /// is, for `verify` to find.
+    /// The bytes of a line that was cut off. Only a line without a line feed counts: any other invalid line was
+    /// changed, and stays as it is, for `verify` to find.
     part: Option<usize>,
     has_feed: bool,
 }

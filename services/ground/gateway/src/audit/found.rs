@@ -46,7 +46,7 @@ pub struct Place {
     pub line: usize,
 }
 
-/// A line that is no whole record.
+/// A line that is not a whole record.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CutOff {
     /// Where it is.

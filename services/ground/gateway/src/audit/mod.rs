@@ -1,4 +1,4 @@
-//! The audit trail: who ordered what, when, and what came of it; and apart from it, which requests were refused.
+//! The audit trail: who ordered what, when, and the outcome; and separately, which requests were refused.
 //!
 //! An order leaves two lines in a file of its day: one before it is sent, so that no order is without a trace, and one with
 //! its outcome. Each line carries the hash of the one before (`chain`); [`verify`] checks that. In memory the newest orders
@@ -53,7 +53,7 @@ const END_LIMIT: Duration = Duration::from_millis(500);
 #[derive(Debug)]
 pub struct Audit {
     orders: Arc<Mutex<Orders>>,
-    /// Requests that are no orders.
+    /// Requests that are not orders.
     pub(crate) refusals: Refusals,
 }
 
@@ -80,7 +80,7 @@ impl Audit {
         Audit { orders: Arc::default(), refusals: Refusals::in_memory() }
     }
 
-    /// In memory only, because the files cannot be used: that is told, and every record counts as lost.
+    /// In memory only, because the files cannot be used: the gateway says so, and every record counts as lost.
     pub fn failing(path: &Path, cause: &io::Error) -> Audit {
         let audit = Audit::in_memory();
         audit.lock().failing = Some(format!("{}: {cause}", path.display()));

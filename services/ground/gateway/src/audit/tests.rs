@@ -218,9 +218,9 @@ fn the_first_line_that_was_changed_removed_or_inserted_is_named() {
     check_broken(|it| it.swap(0, 1), &format!("audit-2026-01-02.jsonl:1: {previous}"));
     check_broken(|it| it.insert(1, it[0].clone()), &format!("audit-2026-01-02.jsonl:2: {previous}"));
     check_broken(Vec::clear, &format!("audit-2026-01-03.jsonl:1: {previous}"));
-    let unsaid = "it is no record, and audit-2026-01-02.jsonl:2 does not say that it was cut off";
+    let unsaid = "it is not a record, and audit-2026-01-02.jsonl:2 does not say that it was cut off";
     check_broken(|it| it[0].truncate(20), &format!("audit-2026-01-02.jsonl:1: {unsaid}"));
-    check_broken(|it| it[0] = "{}".into(), "audit-2026-01-02.jsonl:1: it is no record");
+    check_broken(|it| it[0] = "{}".into(), "audit-2026-01-02.jsonl:1: it is not a record");
     let long = "x".repeat(2 << 20);
     check_broken(|it| it[0] = long, "audit-2026-01-02.jsonl:1: the line has more than 1048576 bytes");
 }
@@ -250,11 +250,11 @@ fn a_last_line_that_was_changed_is_a_break_and_not_one_that_was_cut_off() {
         changed,
     );
     // A line feed is the last thing of a line that is written.
-    check_end(|text| format!("{}\n", &text[..text.len() - 10]), ":2: it is no record, and not cut off");
-    check_end(|text| format!("{text}\0\0\0\n"), ":3: it is no record, and not cut off");
-    check_end(|text| format!("{text}{{}}\n"), ":3: it is no record");
+    check_end(|text| format!("{}\n", &text[..text.len() - 10]), ":2: it is not a record, and not cut off");
+    check_end(|text| format!("{text}\0\0\0\n"), ":3: it is not a record, and not cut off");
+    check_end(|text| format!("{text}{{}}\n"), ":3: it is not a record");
     // No beginning of a record is whole JSON.
-    check_end(|text| format!("{text}{{}}"), ":3: it is no record");
+    check_end(|text| format!("{text}{{}}"), ":3: it is not a record");
 }
 
 #[test]
@@ -330,7 +330,7 @@ fn a_file_that_is_gone_is_begun_again_with_the_chain_of_before_and_that_is_said(
     };
     check(|file| again(file, 0), (0, "ok"), Ok((1, 0)));
     check(|file| again(file, 1), (0, "ok"), Ok((1, 0)));
-    check(|file| again(file, 20), (0, "ok"), Err(":2: it is no record"));
+    check(|file| again(file, 20), (0, "ok"), Err(":2: it is not a record"));
     check(|file| std::fs::remove_dir_all(file.parent().unwrap()).unwrap(), (1, "failing"), Err("No such file"));
     check(
         |file| {
@@ -429,7 +429,7 @@ fn records_that_are_missing_from_the_end_are_counted_or_it_is_said_that_they_can
         std::fs::write(it.join("audit-2026-01-01.jsonl"), "").unwrap();
     };
     check(empty, 3, None);
-    // A line that was cut off counts as a missing record, whoever cut it.
+    // A line that was cut off counts as a missing record, no matter who cut it.
     let cut = |it: &Path, rest: &[u8]| {
         let text = std::fs::read(newest(it)).unwrap();
         std::fs::write(newest(it), [&text[..40], rest].concat()).unwrap();
@@ -446,7 +446,7 @@ fn records_that_are_missing_from_the_end_are_counted_or_it_is_said_that_they_can
     let gone = Some("is missing or empty, though there are records");
     check(|it| std::fs::remove_file(number(it)).unwrap(), 0, gone);
     check(|it| std::fs::write(number(it), "").unwrap(), 0, gone);
-    check(|it| std::fs::write(number(it), "many").unwrap(), 0, Some("is no number"));
+    check(|it| std::fs::write(number(it), "many").unwrap(), 0, Some("is not a number"));
     let less = Some("says 2, less than the last record's number 3");
     check(|it| std::fs::write(number(it), format!("{:020}\n", 2)).unwrap(), 0, less);
     check(|it| (empty(it), std::fs::remove_file(number(it)).unwrap()).1, 0, None);
@@ -520,7 +520,7 @@ fn one_gateway_at_a_time_writes_a_trail() {
         folder.path().display()
     );
     assert_eq!(refusal.to_string(), said);
-    // Whoever only reads is not kept away.
+    // A mere reader is not kept away.
     assert_eq!(intact(folder.path()).last, 1);
     drop(first);
     let second = Audit::open(folder.path(), 9).unwrap();

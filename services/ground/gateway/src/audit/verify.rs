@@ -61,7 +61,7 @@ fn compare_end(found: &mut Trail, before: Given, after: Given) {
         // As a gateway leaves it that has recorded nothing.
         Given::Absent if found.last == 0 => None,
         Given::Absent => Some("is missing or empty, though there are records".to_owned()),
-        Given::Garbled => Some("is no number".to_owned()),
+        Given::Garbled => Some("is not a number".to_owned()),
     };
 }
 
@@ -110,7 +110,7 @@ impl Reading {
                 self.hash = Some(chain::hash(line));
                 return Ok(());
             }
-            Line::Foreign => return Err(Fault::Broken(place, "it is no record".to_owned())),
+            Line::Foreign => return Err(Fault::Broken(place, "it is not a record".to_owned())),
         };
         if !link.is_unchanged {
             let why = "it does not have the hash that it carries: the line was changed".to_owned();
@@ -173,7 +173,7 @@ impl Reading {
         match self.cut_off.first() {
             None => Ok(()),
             Some(CutOff { place: cut_off, .. }) => {
-                let why = format!("it is no record, and {place} does not say that it was cut off");
+                let why = format!("it is not a record, and {place} does not say that it was cut off");
                 Err(Fault::Broken(cut_off.clone(), why))
             }
         }
@@ -182,7 +182,7 @@ impl Reading {
     fn end(mut self) -> Result<Trail, Fault> {
         // Only the last bytes of all can be a line of which the rest is not written yet.
         if let Some(CutOff { place, .. }) = self.cut_off.pop_if(|_| self.has_feed) {
-            let why = "it is no record, and not cut off: it ends with a line feed";
+            let why = "it is not a record, and not cut off: it ends with a line feed";
             return Err(Fault::Broken(place, why.to_owned()));
         }
         self.found.unfinished = self.cut_off.pop();

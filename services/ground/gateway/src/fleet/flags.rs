@@ -12,7 +12,8 @@ pub(crate) struct Flags {
 }
 
 impl Flags {
-    /// The monitor lists the flags that are up. Returns what has risen or fallen since its last list; the first one is no news.
+    /// The monitor lists the flags that are up. Returns what has risen or fallen since its last list; the first list is
+    /// not news.
     pub(crate) fn on_listed(&mut self, now: Time, flags: &[v1::RaisedFlag]) -> Vec<v1::FlagEvent> {
         let is_first = self.listed_at.replace(now).is_none();
         let before = std::mem::replace(&mut self.listed, flags.to_vec());

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use kittiwake_proto::v1;
 
-/// All that is known once `part` was heard: it says all about the areas in its range, and nothing about the others, of which is known what
-/// `before` said, so long ago.
+/// All that is known once `part` was heard: it says all about the areas in its range, and nothing about the others.
+/// About those `before` holds, with its age.
 pub(crate) fn with_part(
     before: Option<(&v1::PermissionLedger, Duration)>,
     part: v1::PermissionLedger,

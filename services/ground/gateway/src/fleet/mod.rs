@@ -76,7 +76,7 @@ pub(crate) struct VehicleState {
     pub(crate) processes: Processes,
 }
 
-/// The newest message of a topic, shared with the snapshots made of it.
+/// The newest message of a topic, shared with the snapshots.
 #[derive(Debug, Clone)]
 pub(crate) struct Seen<M> {
     /// When it arrived.
@@ -176,7 +176,8 @@ impl VehicleState {
         });
     }
 
-    /// Whether nothing of it is heard any more: each of its processes shows progress more often than once in `stale_after`.
+    /// Whether the vehicle is silent as a whole: each of its processes shows progress more often than once in
+    /// `stale_after`.
     pub(crate) fn is_lost(&self, now: Time, stale_after: Duration) -> bool {
         self.silent_for(now).is_some_and(|it| stale_after < it)
     }

@@ -27,7 +27,7 @@ impl Track {
         }
     }
 
-    /// The vehicle is here; what is told again, or too soon after the last point, is left out.
+    /// The vehicle is here; a repeated point, or one too soon after the last, is left out.
     pub(crate) fn add(&mut self, point: v1::TrackPoint) {
         let step_s = self.step_s.max(FIRST_STEP_S);
         if self.points.last().is_some_and(|last| point.mission_time_s < last.mission_time_s + step_s) {
@@ -47,7 +47,7 @@ impl Track {
         }
     }
 
-    /// Puts what was flown before in front of it, if it is of the same mission.
+    /// Puts the earlier track in front, if it is of the same mission.
     pub(crate) fn go_on_from(&mut self, before: Track) {
         if before.began_utc_ms != self.began_utc_ms {
             return;

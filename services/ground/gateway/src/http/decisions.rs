@@ -14,7 +14,7 @@ use crate::http::site::Site;
 #[derive(Debug, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Window {
-    /// At most so many, the newest ones; all that are kept, unless the client says how many.
+    /// At most this many, the newest ones; without it, all that are stored.
     last: Option<usize>,
     /// Only those with a number above this one.
     after: Option<u64>,

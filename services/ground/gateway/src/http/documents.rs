@@ -53,7 +53,7 @@ impl Documents {
     }
 
     /// The answer with the message that `make` returns, which is called when it is the turn of `who`: until then it should hold nothing
-    /// that is large, or a share of what there may be of it.
+    /// that is large, or a share of a limited resource.
     pub(crate) async fn make<M: Message + Name>(
         &self,
         who: &Identity,
@@ -156,7 +156,7 @@ mod tests {
         }
     }
 
-    /// With one thread for what waits for the disk, so that what is done there after it is done when all of it is.
+    /// With one thread for all disk work, so that a later task there ends after all earlier ones.
     #[test]
     fn recordings_that_were_read_have_their_share_until_it_is_their_turn() {
         let runtime =

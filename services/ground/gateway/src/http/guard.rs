@@ -190,7 +190,7 @@ async fn read_body(site: &Site, route: Route, body: Body, may_be_large: bool) ->
         (false, _) => {
             let body = serde_json::from_slice(&bytes)
                 .map_err(|error| bad_request(format!("the body is not JSON: {error}")))?;
-            // A mission is a file of many lines; whoever reads it checks the names in it.
+            // A mission is a file of many lines; its reader checks the names in it.
             match unprintable::member(&body).filter(|_| !takes_mission(route)) {
                 Some(pointer) => {
                     let detail = "the body is invalid: names and texts may not have control characters".to_owned();

@@ -9,7 +9,7 @@ use crate::fleet::{Snapshot, message_of};
 /// What is wrong with the persisted state of any vehicle's process, one entry each; a process that has none, or that was
 /// not heard yet, says nothing.
 pub(crate) fn memory_problems(snapshot: &Snapshot) -> Vec<String> {
-    // The tower has one memory for all vehicles, and every ledger tells of it.
+    // The tower has one memory for all vehicles, and every ledger reports on that.
     let ledgers = snapshot.fleet.vehicles.values().filter_map(|it| message_of(&it.ledger));
     let tower: BTreeSet<String> = ledgers.filter_map(|it| problem("control-tower", it.memory.as_ref()?)).collect();
     let vehicles = snapshot.fleet.vehicles.iter();

@@ -1,4 +1,4 @@
-//! Finds text of a client that would be a command to the terminal of whoever reads it.
+//! Finds text of a client that would be a command to a reader's terminal.
 
 use domain::control_character::is_control;
 use serde_json::Value;

@@ -2,7 +2,7 @@
 //!
 //! The writer of a recording holds a lock on its file. A file without a lock was completed or left unfinished, also by
 //! another gateway with the same folder. Files that are not named by a gateway are shown and never removed; an entry
-//! that is no file, or cannot be read, does no harm.
+//! that is not a file, or cannot be read, does no harm.
 
 use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};

@@ -121,7 +121,7 @@ fn past(folder: &Path, pace: Pace, capacity: usize, wanted: Wanted) -> Option<Pa
 fn read(file: File, pace: Pace, capacity: usize, vehicle: &VehicleId) -> Past {
     let (mut fleet, mut journals) = (FleetState::default(), Journals::new(capacity));
     let (mut first_ms, mut occurrences) = (None, Vec::new());
-    // A gateway that was killed has left it without its end, which is no loss here.
+    // A gateway that was killed has left it without its end, which does not matter here.
     let _ = read_each(BufReader::new(file.take(MAX_BYTES)), |found| {
         let Found::Message { topic, utc_ms, bytes } = found else { return };
         let Ok(message) = Message::decode(topic, bytes) else { return };

@@ -164,7 +164,7 @@ fn a_vehicle_that_falls_silent_as_a_whole_is_lost_and_nothing_is_known_about_its
         (&heard["contact"], health(&heard)),
         (&json!({ "wallAgeS": 2.0, "lost": false }), vec!["stale".into(), "alive".into()])
     );
-    // What the tower says about it is no sign of its life.
+    // What the tower says about it is not a sign of its life.
     let lost = after([heartbeat("mcm"), heartbeat("monitor"), tower(), tower(), tower()]);
     assert_eq!(
         (&lost["contact"], health(&lost)),

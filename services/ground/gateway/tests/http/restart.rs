@@ -8,7 +8,7 @@ use crate::stories::http::*;
 const BEGAN: i64 = 1_767_225_600_000;
 
 impl World {
-    /// A gateway with this folder of recordings, started so many seconds after the mission.
+    /// A gateway with this folder of recordings, started `seconds` after the mission.
     fn recording_into(folder: &Path, seconds: i64) -> World {
         let mut config = config();
         (config.recording.folder, config.recording.most_files) = (Some(folder.to_owned()), 9);
@@ -23,7 +23,7 @@ impl World {
         self.say(v1::McmStatus { mission_time_s, began_utc_ms, ..Default::default() });
     }
 
-    /// uav1 is so many metres north of its start, a second after the last event.
+    /// uav1 is `north_m` north of its start, a second after the last event.
     fn vehicle_is_at(&mut self, north_m: f64) {
         let position = Some(v1::Ned { north_m, ..Default::default() });
         let local_position = Some(v1::VehicleLocalPosition { position, ..Default::default() });

@@ -127,7 +127,7 @@ async fn a_folder_that_cannot_be_written_shows_in_health_and_metrics_and_stops_n
     std::fs::remove_file(folder).unwrap();
 }
 
-/// Whoever asks, leaves and asks again has no more readings waiting for the disk than there are for one token.
+/// A client that asks, leaves and asks again has no more readings waiting for the disk than there are for one token.
 #[test]
 fn readings_that_wait_for_the_disk_are_limited_although_their_clients_have_left() {
     let runtime = tokio::runtime::Builder::new_multi_thread().max_blocking_threads(1).enable_all().build().unwrap();

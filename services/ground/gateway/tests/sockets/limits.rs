@@ -61,7 +61,7 @@ async fn answer_over(mut stream: impl AsyncRead + AsyncWrite + Unpin, request: &
 const VEHICLE: &str = "/api/v1/vehicles/uav1";
 const EVENTS: &str = "/api/v1/vehicles/uav1/events";
 
-/// Strangers take every seat that there is for them, again and again; an operator is served each time. Whoever has just connected
+/// Strangers take every seat that there is for them, again and again; an operator is served each time. A new connection
 /// may be the one that is displaced, and tries again.
 #[tokio::test(flavor = "multi_thread")]
 async fn strangers_in_every_seat_keep_no_operator_out() {

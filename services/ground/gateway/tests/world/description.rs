@@ -78,7 +78,7 @@ impl Description {
                     let name = rule.as_str().and_then(|it| it.rsplit('/').next()).unwrap_or_default();
                     self.fits(self.0["components"]["schemas"].get(name).expect(name), value, at)?;
                 }
-                "type" if !is_of_type(value, rule) => return refused(&format!("is no {rule}")),
+                "type" if !is_of_type(value, rule) => return refused(&format!("is not of type {rule}")),
                 "enum" if !rule.as_array().is_some_and(|it| it.contains(value)) => return refused("is not listed"),
                 "const" if value != rule => return refused(&format!("is not {rule}")),
                 "anyOf" => {

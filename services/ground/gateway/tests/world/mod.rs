@@ -32,7 +32,7 @@ use crate::stories::world::description::Description;
 
 pub const CONFIG: &str = include_str!("config.toml");
 
-/// A file in the folder of the recordings that is no recording.
+/// A file in the folder of the recordings that is not a recording.
 pub const RECORDING: &str = "not-a-recording";
 
 /// For how long the token `brief-token` is valid, from a second less.

@@ -23,7 +23,7 @@ pub(crate) enum Flight {
         /// The steps of the plan, and which of them it is.
         steps: Arc<[Arc<Step>]>,
         at: usize,
-        /// How it has failed; `None` if the next plan does not depend on it, or the planner knows of it.
+        /// How it has failed; `None` if the next plan does not depend on it, or the planner knows the failure.
         failed: Option<Failure>,
         /// Areas that were denied during it.
         denials: Vec<Denial>,

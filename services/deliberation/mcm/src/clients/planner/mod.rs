@@ -47,7 +47,7 @@ pub(crate) enum NoAnswer {
     Refused(String),
 }
 
-/// What tells the mission and its plan from those of before.
+/// What tells the mission and its plan from the previous ones.
 pub(crate) type News = (u64, usize, Option<StepId>, bool);
 
 /// From where and when something is asked.
@@ -342,7 +342,7 @@ impl Planner {
             self.mission.flown.clear();
             self.flight.on(FlightEvent::Heard);
             let was_wait = self.withdraw_step_or_wait("the mission was changed".to_owned());
-            // The wait belonged to the mission of before, so the next plan counts as a first one.
+            // The wait belonged to the previous mission, so the next plan counts as a first one.
             self.mission.planned_for = self.mission.planned_for.filter(|_| !was_wait);
         }
     }

@@ -142,7 +142,7 @@ impl Client {
         let viewpoint = Viewpoint { at: Now { time: self.now, utc_ms: 0 }, state: state(), origin: None, wind: None };
         self.planner.ask_for_plan(viewpoint, (basis, Grants::new()), 1.5, SECOND, &mut self.outbox);
         if let PlanRequest::Asked(question) = &self.planner.request {
-            assert_eq!(question.denials, self.untold, "every denial is told");
+            assert_eq!(question.denials, self.untold, "every denial is reported");
             assert_eq!(question.flown, self.untold_steps, "every flown step is reported");
             self.questions.push((question.id.clone(), question.version));
         }
@@ -179,7 +179,7 @@ impl Client {
             );
         }
         if self.planner.mission.version() != version {
-            assert_eq!(asked_about, version, "an answer about the mission of before counts");
+            assert_eq!(asked_about, version, "an answer about the previous mission counts");
             self.untold.clear();
             self.untold_steps = 0;
         }
@@ -307,7 +307,7 @@ impl StateMachineTest for Client {
 
     fn check_invariants(client: &Client, (): &()) {
         if let Some(step) = client.present() {
-            assert!(client.adopted.contains(&step), "{step} is none of {:?}", client.adopted);
+            assert!(client.adopted.contains(&step), "{step} is not one of {:?}", client.adopted);
             assert!(!client.flown.contains(&step), "{step} is flown a second time");
             assert!(!matches!(client.planner.request, PlanRequest::Asked(_)), "it asks for a plan and flies one");
         }

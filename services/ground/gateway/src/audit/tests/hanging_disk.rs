@@ -46,7 +46,7 @@ fn a_disk_that_hangs_holds_no_order_up_and_takes_what_waited_in_order_when_it_go
     assert!(texts(&lines, "utc").into_iter().all(|utc| utc <= goes_on), "each has the time at which it was asked");
     wait_for("the trail to be well", || (audit.state() == "ok").then_some(()));
     assert_eq!((audit.problems(), audit.lost()), (vec![], 0));
-    // And who waits for a record is told of it again.
+    // And a client that waits for a record gets its number again.
     assert_eq!(audit.ask("land"), 501);
     assert_eq!(texts(&pipe.lines(501)[500..], "what"), ["land"]);
 }

@@ -1,8 +1,9 @@
 //! What each mission manager answered last about its mission, for everybody who reads it.
 //!
-//! A reading is a call over the vehicle's radio link, with the priority of an order. So it is no client's own: whoever
-//! reads within a second gets the same answer, and nobody asks while the manager is asked. What is no answer is shared only
-//! with those who waited for it. Whoever has ordered something gets an answer that was asked for afterwards, and waits for no other.
+//! A reading is a call over the vehicle's radio link, with the priority of an order. So clients share it: all who read
+//! within a second get the same answer, and nobody asks while the manager is asked. A failure is shared only with those
+//! who waited for it. A client that has ordered something gets an answer that was asked for afterwards, and waits for
+//! no other.
 
 #![expect(clippy::disallowed_methods, reason = "what readers share is as old as their clock says")]
 

@@ -1,4 +1,4 @@
-//! What is written into the folder, and what the index shows of it.
+//! What is written into the folder, and what the index shows.
 
 use std::path::Path;
 
