@@ -46,7 +46,7 @@ impl Backend {
         }
     }
 
-    /// The backend that a process is; `None` for one that is none.
+    /// The backend that a process is; `None` if it is not one.
     pub fn of_service(service: Service) -> Option<Backend> {
         Backend::ALL.into_iter().find(|it| it.service() == service)
     }

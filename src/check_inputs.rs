@@ -63,7 +63,7 @@ pub fn read(settings: &Settings) -> Result<Inputs, Mistakes> {
 }
 
 impl Inputs {
-    /// What is no mistake and should be known before the flight, a line for each.
+    /// What is not a mistake and should be known before the flight, a line for each.
     pub fn notes(&self) -> Vec<String> {
         let near = self.mission.too_near_in_wind(self.config.planner.wind_m_s.get());
         let out_of_date = self.mission.out_of_date_feeds(crate::plan::now().utc_ms);
@@ -84,7 +84,7 @@ impl Inputs {
         if backend.takes_any_speed() || self.config.speed.pace() == Pace::REAL_TIME {
             return Ok(());
         }
-        let message = format!("found speed {}, expected 1: `{backend}` is no simulation of ours", self.config.speed);
+        let message = format!("found speed {}, expected 1: `{backend}` is not our simulation", self.config.speed);
         Err(mistake(&self.config_file, message, "leave `--speed` out, and set `speed = 1.0` in the configuration"))
     }
 

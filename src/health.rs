@@ -19,7 +19,7 @@ mod subject;
 
 /// The answer is given within this time in any case.
 const LIMIT: Duration = Duration::from_millis(2800);
-/// Part of it: for the answer of a router,
+/// Its parts: for the answer of a router,
 const ROUTER_LIMIT: Duration = Duration::from_millis(500);
 /// and for a heartbeat of a service, which comes at 2 Hz: three periods.
 const PATIENCE: Duration = Duration::from_millis(1600);

@@ -1,4 +1,4 @@
-//! The whole system in one program, `kittiwake`, every process of it a subcommand.
+//! The whole system in one program, `kittiwake`, every process a subcommand.
 //!
 //! Which process does what is in [`service`]; `kittiwake up` starts them all, always of this same build, as children of
 //! one launcher. The modules that are public are for `kittiwake-kpi` and `kittiwake-chaos`, which start the same
@@ -57,7 +57,8 @@ pub fn main() -> ExitCode {
     // Beyond a limit on the size of files (`ulimit -f`) a write is to fail, as on a full disk: by default this signal ends the process. It fails
     // only for signals that nobody may handle.
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
-    // Whoever starts programs in the background may leave this signal ignored, and then nobody is told how a child has ended.
+    // A parent that starts programs in the background may leave this signal ignored; then nobody hears how a child has
+    // ended.
     let _ = signal_hook::flag::register(signal_hook::consts::SIGCHLD, Arc::default());
     // Every TLS connection encrypts with ring. This fails only where a provider is installed already.
     let _ = rustls::crypto::ring::default_provider().install_default();

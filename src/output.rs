@@ -1,8 +1,8 @@
 //! Lines for the user.
 //!
-//! If the reader has closed the pipe (`kittiwake status | head -1`), that is no failure, above all not for a launcher
-//! whose vehicle flies. Nor does a process that flies a vehicle wait for a reader that stalls (a full pipe, ^S on a terminal): it has its
-//! lines written [`in_background`].
+//! If the reader has closed the pipe (`kittiwake status | head -1`), that is not a failure, above all not for a
+//! launcher whose vehicle flies. Nor does a process that flies a vehicle wait for a reader that stalls (a full pipe, ^S
+//! on a terminal): it has its lines written [`in_background`].
 //!
 //! What comes from outside is never a command to the terminal, see [`visible`].
 

@@ -133,7 +133,7 @@ mod tests {
     fn every_service_is_a_subcommand_of_its_name() {
         for service in Service::ALL {
             let cli = Cli::parse_from(["kittiwake", service.name(), "--connect", "tcp/127.0.0.1:1"]);
-            let Some(Command::Service(command)) = cli.command else { panic!("{service} is no service command") };
+            let Some(Command::Service(command)) = cli.command else { panic!("{service} is not a service command") };
             assert_eq!(command.split().0, service);
         }
     }

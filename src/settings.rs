@@ -87,7 +87,8 @@ pub struct Settings {
     /// The vehicle's name; with `up` also what flies it: `sim`, `px4` or `mavlink`
     #[arg(long, value_name = "NAME")]
     pub vehicle: Option<VehicleName>,
-    /// Where PX4's Zenoh module connects to, such as `tcp/127.0.0.1:7447`. Whoever reaches it can fly the vehicle
+    /// Where PX4's Zenoh module connects to, such as `tcp/127.0.0.1:7447`. Any client that reaches it can fly the
+    /// vehicle
     #[arg(long, value_name = "LOCATOR")]
     pub px4_endpoint: Option<px4_bridge::config::Endpoint>,
     /// Where the autopilot that speaks MAVLink is: `udpin:127.0.0.1:14540`, `tcpout:127.0.0.1:5760` or `serial:/dev/ttyACM0:921600`

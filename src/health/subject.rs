@@ -83,7 +83,7 @@ fn arguments(words: &[String]) -> Option<Vec<String>> {
 fn of_command(words: &[String]) -> Result<Subject, String> {
     let line = words.join(" ");
     let parsed = Cli::try_parse_from(std::iter::once("kittiwake").chain(words.iter().map(String::as_str)));
-    match parsed.map_err(|mistake| format!("`kittiwake {line}` is no process: {mistake}"))?.command {
+    match parsed.map_err(|mistake| format!("`kittiwake {line}` is not a process: {mistake}"))?.command {
         Some(Command::Router(args)) => {
             let connect = args.listen.iter().map(|it| reachable(it)).collect();
             Ok(Subject { part: Part::Router, connect, vehicle: String::new(), peers: peers(&args)? })
@@ -93,7 +93,7 @@ fn of_command(words: &[String]) -> Result<Subject, String> {
             of_process(Part::Service(service), args)
         }
         Some(Command::Onboard(args)) => of_process(Part::Onboard(args.nodes), args.process),
-        _ => Err(format!("`kittiwake {line}` is no process of the system, expected the router or a service")),
+        _ => Err(format!("`kittiwake {line}` is not a process of the system, expected the router or a service")),
     }
 }
 

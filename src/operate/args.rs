@@ -339,7 +339,7 @@ pub enum AuditCommand {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Without a file it asks the gateway of the system that runs here, which keeps the last 500 decisions; where none runs \
-        it reads the newest recording.\n\nExit codes:\n    0  told\n    2  the file is no recording, or bad input\n    \
+        it reads the newest recording.\n\nExit codes:\n    0  told\n    2  the file is not a recording, or bad input\n    \
         3  refused by the system, for the reason printed\n    5  the gateway is not reachable"
 )]
 pub struct WhyArgs {

@@ -32,7 +32,7 @@ fn text(found: &Trail) -> Vec<String> {
     let torn = |it: &CutOff| {
         let (place, more) = (&it.place, remains(it));
         format!(
-            "{place}: cut off when the gateway ended, or when the disk took only a part of it; the next line says so and \
+            "{place}: cut off when the gateway ended, or when the disk took only a part; the next line says so and \
              the chain goes on{more}"
         )
     };
@@ -98,15 +98,15 @@ mod tests {
         (found.torn, found.unfinished) = (vec![cut_off(4, true)], Some(cut_off(7, false)));
         (found.missing, found.lost) = (2, vec![place(5)]);
         found.misdated = vec![Misdated { place: place(6), day: "2026-01-03".into() }];
-        found.open_end = Some("is no number".into());
+        found.open_end = Some("is not a number".into());
         let expected = [
-            "audit-2026-01-01.jsonl:4: cut off when the gateway ended, or when the disk took only a part of it; the next line says so and the chain goes on",
+            "audit-2026-01-01.jsonl:4: cut off when the gateway ended, or when the disk took only a part; the next line says so and the chain goes on",
             "audit-2026-01-01.jsonl:7: the last line is cut off; the gateway goes on after it when it starts again; it is not the \
              beginning of a record: a power loss leaves such bytes, or somebody wrote them",
             "audit-2026-01-01.jsonl:5: begun because the file before was removed, renamed or replaced while the gateway wrote to it",
             "audit-2026-01-01.jsonl:6: the record is of 2026-01-03, unlike the file's name: it was renamed, or the clock was set back \
              when it was begun",
-            "`last-audit-number` is no number: records that are missing after the last one are not noticed",
+            "`last-audit-number` is not a number: records that are missing after the last one are not noticed",
             "not intact, 2 records are missing, removed from the end or never written (a full disk, a gateway that was killed just \
              then): records 3 to 9, 2 files; the last line's hash is ab",
         ];

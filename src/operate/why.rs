@@ -58,7 +58,7 @@ fn print(decisions: Vec<v1::DecisionRecord>, json: bool) {
 fn of_recording(path: &Path) -> Result<Vec<v1::DecisionRecord>, Failure> {
     let found = recorded_decisions::read(path).map_err(|error| Failure::bad_input(error.to_string()))?;
     if let Some(problem) = found.problem {
-        output::error_line(format_args!("{}: {problem}; what was read up to there is told", path.display()));
+        output::error_line(format_args!("{}: {problem}; only the part before is shown", path.display()));
     }
     Ok(found.decisions)
 }

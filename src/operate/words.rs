@@ -34,7 +34,7 @@ pub fn on_one_line(document: &Value) -> Value {
     }
 }
 
-/// The elements of a list; none if the value is no list.
+/// The elements of a list; none if the value is not a list.
 pub fn each(list: &Value) -> impl Iterator<Item = &Value> {
     list.as_array().into_iter().flatten()
 }

@@ -68,7 +68,8 @@ pub(super) fn clock(seconds: f64) -> String {
     format!("{}:{:02}", seconds / 60, seconds % 60)
 }
 
-/// What a leg needs besides: the areas it leads through, and the permissions that are asked for when it begins, or ahead of it.
+/// What a leg needs besides: the areas it leads through, and the permissions that are asked for when it begins, or
+/// ahead.
 pub(super) fn areas(leg: &v1::LegForecast) -> String {
     let through = (!leg.areas.is_empty()).then(|| format!("through {}", leg.areas.join(", ")));
     let ask = |it: &v1::PermissionForecast| {

@@ -44,7 +44,7 @@ pub fn is_ignored(signal: i32) -> bool {
 
 /// Stops on a signal and, if `with_parent`, when standard input ends: its other end is held by the
 /// launcher and by nobody else, so it ends even when the launcher is killed. One that is stopped (SIGSTOP) at that moment reads nothing: it
-/// is woken by the operating system, whoever inherits it.
+/// is woken by the operating system, no matter who inherits it.
 ///
 /// Every thread that the end needs is started here: a process at its limit of threads or memory gets no more of them, and must
 /// be able to end.

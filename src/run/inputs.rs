@@ -23,7 +23,7 @@ use crate::output;
 const WAITING: usize = 4096;
 /// A disk that has not answered for this long has refused nothing, and is awaited no longer.
 const OPEN_LIMIT: Duration = Duration::from_secs(2);
-/// The last entries are awaited so long when the process ends.
+/// The last entries are awaited this long when the process ends.
 const END_LIMIT: Duration = Duration::from_secs(1);
 
 /// A file that has its header.

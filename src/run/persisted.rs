@@ -64,7 +64,7 @@ struct Wait {
 }
 
 impl<N: Resumable> Persisted<N> {
-    /// `service`, which continues from the state in the store that `open` opens, and hears of it if there was one that
+    /// `service`, which continues from the state in the store that `open` opens, and reports it if there was one that
     /// cannot be used. `loss` would name that loss; `wake` has the service act.
     ///
     /// # Errors
@@ -189,7 +189,7 @@ fn take_up<N: Resumable>(
             Ok(()) => Ok(()),
             Err(Resumed::AnotherMission) => {
                 output::error_line(format_args!(
-                    "{}: begins anew: it was started with another mission",
+                    "{}: starts fresh: it was started with another mission",
                     service.name()
                 ));
                 Ok(())

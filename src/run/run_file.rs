@@ -57,7 +57,7 @@ pub struct RunFile {
 }
 
 impl RunFile {
-    /// Leaves the file; readers see all of it or nothing.
+    /// Leaves the file; readers see the whole file or nothing.
     pub fn write(running: &Running) -> io::Result<RunFile> {
         let path = folder().join(format!("{}.json", new_name()));
         let file = write_locked(&path, running, lock)?;
@@ -140,7 +140,8 @@ fn read(path: &Path) -> Option<Running> {
     None
 }
 
-/// Removes the folders of processes that were killed: those that are nobody's any more. Whoever removes one has it meanwhile.
+/// Removes the folders of processes that were killed: those that are nobody's any more. The process that removes one
+/// holds it meanwhile.
 fn clear_away(base: &Path) {
     for entry in std::fs::read_dir(base).into_iter().flatten().flatten() {
         let is_folder = entry.file_type().is_ok_and(|it| it.is_dir());

@@ -6,7 +6,7 @@
 //! A process that was stopped, frozen or left without a processor is not stuck: this thread was held up as well then, and counts from the
 //! beginning. So it cannot end a process that stays frozen.
 
-#![expect(clippy::disallowed_methods, reason = "whoever waits for a process that hangs waits on the wall clock")]
+#![expect(clippy::disallowed_methods, reason = "waiting for a hung process takes the wall clock")]
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -68,7 +68,7 @@ struct Counted {
 enum Phase {
     /// Before its first turn.
     Start,
-    /// It has completed so many.
+    /// The number of turns it has completed.
     Turning(u64),
     /// After its last one.
     End,
@@ -93,7 +93,7 @@ impl Turns {
         self.0.turns.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The process waits for its router for so long, and may.
+    /// The process waits for its router up to `limit`, and may.
     pub fn wait_for_router(&self, limit: Duration) {
         let limit_ms = u64::try_from(limit.as_millis()).unwrap_or(u64::MAX);
         self.0.waits_for_router_ms.store(limit_ms, Ordering::Relaxed);
@@ -122,12 +122,12 @@ impl Turns {
     }
 }
 
-/// Of a process that waits for its router for so long.
+/// Of a process that waits this long for its router.
 fn start_limit(waits_for_router: Duration) -> Duration {
     START_LIMIT.max(waits_for_router.saturating_add(BESIDE_ROUTER))
 }
 
-/// An empty variable is none.
+/// An empty value counts as unset.
 fn limit(variable: Option<String>) -> Result<Option<Duration>, Failure> {
     let Some(text) = variable.filter(|it| !it.is_empty()) else { return Ok(None) };
     match text.parse() {
@@ -163,7 +163,7 @@ impl Patience {
         Patience { limit, phase: Phase::Start, since: now, last_look: now }
     }
 
-    /// Looks at a loop that may take so long to its first turn; why there is no more patience, if that is so.
+    /// Looks at a loop that may take `start_limit` to its first turn; returns why its time is over, if so.
     fn exhausted(&mut self, now: Instant, phase: Phase, start_limit: Duration) -> Option<String> {
         let was_held_up = self.last_look + 2 * (self.limit / LOOKS) < now;
         self.last_look = now;
@@ -192,7 +192,7 @@ mod tests {
         check_phases(looks.into_iter().map(|(at, turns)| (at, phase(turns))), Duration::ZERO, expected);
     }
 
-    /// The same with a process that waits for its router for so long.
+    /// The same with a process that waits this long for its router.
     #[track_caller]
     fn check_phases(
         looks: impl IntoIterator<Item = (u64, Phase)>,

@@ -126,7 +126,7 @@ fn write_public(folder: &Path, key: PublicKey) -> Result<(), Failure> {
     }
 }
 
-/// A reader finds all of it or nothing, also after a power loss: a tower that finds half a key does not start.
+/// A reader finds the whole key or nothing, also after a power loss: a tower that finds half a key does not start.
 fn write_whole(path: &Path, line: &str) -> Result<(), Failure> {
     let written = regular_file::replace(path, 0o600, format!("{line}\n").as_bytes());
     written.map_err(|cause| Failure::Write { path: path.to_owned(), cause })

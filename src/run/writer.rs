@@ -13,13 +13,13 @@ use regular_file::DiskThread;
 use store::{InUse, Loaded, Medium, Store};
 
 const RETRY: Duration = Duration::from_secs(1);
-/// The last state is awaited so long when the service ends.
+/// The last state is awaited this long when the service ends.
 const END_LIMIT: Duration = Duration::from_secs(1);
 
 /// Saves states in the order in which they are handed over.
 pub struct Writer {
     states: Arc<Mutex<States>>,
-    /// It is told that there is a newer state, at most once: the state itself is not queued, since a newer one replaces it.
+    /// Gets at most one notice of a newer state: the state itself is not queued, since a newer one replaces it.
     thread: DiskThread<()>,
     /// Of the first attempt.
     attempted: Receiver<()>,
@@ -84,7 +84,7 @@ impl Writer {
         states.number += 1;
         let replaces_one = states.newest.replace(state).is_some();
         states.progress.since.get_or_insert_with(Instant::now);
-        // Full where it is told already.
+        // Full if it has a notice already.
         let _ = self.thread.hand_over(());
         HandedOver { number: states.number, replaces_one }
     }

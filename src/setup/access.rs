@@ -59,7 +59,8 @@ fn open(folder: &Path, audit_files: usize) -> Result<Audit, OpenError> {
     Audit::open_within(folder, audit_files, OPEN_LIMIT)
 }
 
-/// The audit trail in a folder that may be gone; without one that can be written, orders go on without a record, and that is told.
+/// The audit trail in a folder that may be gone; without one that can be written, orders go on without a record, and
+/// the gateway says so.
 fn open_or_failing(folder: &Path, audit_files: usize) -> Result<Audit, OpenError> {
     if std::fs::symlink_metadata(folder).is_err_and(|it| it.kind() == io::ErrorKind::NotFound) {
         // Where that fails, opening says why.

@@ -22,7 +22,8 @@ use crate::{output, signing_key};
 
 /// How often it looks whether something is due.
 const PERIOD: Duration = Duration::from_millis(50);
-/// As many pieces are taken in before it looks again, as in a turn of the bridge: whoever sends without an end does not keep it.
+/// As many pieces are taken in before it looks again, as in a turn of the bridge: an endless sender does not hold it
+/// up.
 const AT_ONCE: usize = 256;
 
 /// Reads the parameters over the link, and changes them if that is asked for.

@@ -179,7 +179,7 @@ fn renew(args: &RenewArgs) -> Result<Vec<PathBuf>, Failure> {
     authority.keep(&certificate)?;
     let folder = args.folder.join(&args.name);
     authority.give_list(&folder)?;
-    // A router that reads in between finds a key of another certificate, and goes on with the ones of before.
+    // A router that reads in between finds a key of another certificate, and goes on with the previous files.
     replace(&folder.join(KEY), 0o600, &key)?;
     replace(&folder.join(CERTIFICATE), 0o644, &certificate)?;
     replace(&folder.join(AUTHORITY), 0o644, &authority.pem)?;

@@ -87,7 +87,7 @@ pub fn check(args: &CheckArgs) -> Outcome {
 }
 
 /// Whether the gateway's connections can be encrypted, if they are to be. Files alone are checked when a machine starts, also in flight,
-/// and before its clock is right: a wrong date is told then, and keeps nobody away.
+/// and before its clock is right: a wrong date is reported then, and keeps nobody away.
 #[expect(clippy::disallowed_methods, reason = "certificates expire by UTC")]
 fn check_tls(config: &Config, files_only: bool) -> Result<(), Outcome> {
     let demand = if files_only { Demand::Usable } else { Demand::Valid };
@@ -140,7 +140,7 @@ fn proven(args: &CheckArgs, inputs: &Inputs) -> Outcome {
     if proof.holds() { Outcome::Success } else { Outcome::Breached }
 }
 
-/// What was tried, and how much of it.
+/// What was tried, and how much.
 fn conclusion(args: &CheckArgs, inputs: &Inputs, proof: &Proof) -> Vec<String> {
     let table = &inputs.contingencies;
     let rows = table.rows();

@@ -109,7 +109,7 @@ fn accepted(token: String, secret: &Path, tokens: &Path) -> Result<String, Refus
     }
 }
 
-/// At once and for good: a power loss leaves no part of it.
+/// Atomic and durable: a power loss leaves no partial file.
 fn write(path: &Path, text: &str) -> Result<(), Refusal> {
     regular_file::replace(path, PRIVATE, text.as_bytes()).map_err(|cause| Refusal::File {
         path: path.to_owned(),
@@ -185,7 +185,7 @@ mod tests {
         let good = "0123456789abcdef0123456789abcdef";
         check(good, 0o600, false, Ok(()));
         check(&format!("{good}\n"), 0o600, true, Ok(()));
-        // What a power loss has left of it, which has let in nobody.
+        // An empty remnant of a power loss, which has let in nobody.
         check("", 0o600, false, Ok(()));
         check("\n", 0o644, false, Ok(()));
         check("", 0o600, true, Err("a token has at least 32 characters, found 0; remove it and"));

@@ -64,7 +64,7 @@ pub struct SimulateArgs {
 /// For `kittiwake replay`.
 #[derive(Debug, Clone, Args)]
 #[command(
-    after_help = "Exit codes:\n    0  every decision is the same\n    1  one is another one; both are printed\n    2  the file is no whole recording of this format"
+    after_help = "Exit codes:\n    0  every decision is the same\n    1  one is another one; both are printed\n    2  the file is not a whole recording of this format"
 )]
 pub struct ReplayArgs {
     /// What `kittiwake simulate --record` has written

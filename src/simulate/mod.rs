@@ -24,7 +24,7 @@ use flights::Flights;
 pub fn simulate(args: &SimulateArgs) -> Outcome {
     if !args.config.is_dir() {
         let folder = args.config.display();
-        output::error_line(format_args!("--config: `{folder}` is no folder, expected the one of `kittiwake.toml`"));
+        output::error_line(format_args!("--config: `{folder}` is not a folder, expected the one of `kittiwake.toml`"));
         return Outcome::BadInput;
     }
     let settings = Settings { mission: args.mission.clone(), ..Settings::of_file(&args.config.join("kittiwake.toml")) };

@@ -77,7 +77,7 @@ fn figures(flights: &[Flight]) -> String {
     format!("{well_clear} crewed aircraft nearer than well clear, {hold_s:.0} s in one place at most, {lowest}")
 }
 
-/// All of it, for programs.
+/// The whole report, for programs.
 pub fn json(flights: &[Flight], wall: Duration) -> Value {
     let told = |at_s: f64, text: &str| json!({ "atS": at_s, "text": text });
     let finding = |it: &Finding| {

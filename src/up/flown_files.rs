@@ -2,8 +2,8 @@
 //!
 //! A process that is started again in flight reads its files again. It reads the copy, so somebody who changes the files
 //! meanwhile, or installs those of another version, changes the next run and not this one. The control tower's public key is in it too:
-//! without it no mission manager comes back. Certificates, secret keys and tokens are no part of it: they are replaced while a system
-//! runs, and no copy of a secret is made.
+//! without it no mission manager comes back. Certificates, secret keys and tokens are not in it: they are replaced
+//! while a system runs, and no copy of a secret is made.
 
 use std::fs;
 use std::io;

@@ -39,7 +39,7 @@ impl Liveness {
         self.asked_from = self.asked_from.min(now + RECONNECT);
     }
 
-    /// A child has ended: nothing is expected of it before it is heard again.
+    /// A child has ended: it may be silent until it is heard again.
     pub fn ended(&mut self, child: Child) {
         self.heard.remove(&child);
     }

@@ -91,7 +91,8 @@ pub fn up(args: &UpArgs) -> Outcome {
         output::error_line(format_args!("--onboard: {why}"));
         return Outcome::BadInput;
     }
-    // A real aircraft may be in the air when its launcher is started again: a certificate that has run out since is told, and no more.
+    // A real aircraft may be in the air when its launcher is started again: a certificate that has run out since is
+    // only reported.
     let demand = if backend == Backend::Sim { Demand::Valid } else { Demand::Usable };
     if let Err(outcome) = check_inputs::read_tls(&inputs.config, demand) {
         return outcome;
@@ -142,8 +143,8 @@ fn is_free(settings: &Settings, vehicle: &str) -> Result<(), String> {
     state.map_err(|it| it.to_string())
 }
 
-/// Whether nobody listens where the gateway will; if somebody does, who has no operator's page is told before the simulated vehicle is in
-/// the air. A real one may be there already, and is kept up without its gateway.
+/// Whether nobody listens where the gateway will; if somebody does, the operator would have no page, and learns that
+/// before the simulated vehicle is in the air. A real one may be there already, and is kept up without its gateway.
 fn port_is_free(backend: Backend, http: SocketAddr) -> Result<(), String> {
     if backend != Backend::Sim {
         return Ok(());

@@ -43,7 +43,7 @@ fn a_cut_link_is_seen_on_the_ground_and_changes_nothing_among_the_processes_on_b
 }
 
 /// Whether the ground has heard nothing new of the vehicle's monitor, which publishes twice a second over the link, for
-/// so long that the page shows it as stale.
+/// long enough that the page shows it as stale.
 fn is_stale(vehicle: &Value) -> bool {
     vehicle["sources"]["introspection"]["wallAgeS"].as_f64().is_none_or(|it| 0.9 < it)
 }

@@ -88,7 +88,7 @@ fn every_order_that_is_obeyed_is_on_record_and_the_record_survives_kills_strange
     });
     system.wait_for("`operator_pause`");
     for key in &keys {
-        // One that was given up with its client is no order: what is asked has an end.
+        // A request given up with its client is not an order: an asked one has an end.
         wait_for("both records or none", || Some(told(folder, key)).filter(|it| it.is_empty() || it == &whole));
     }
     check(folder, 0, "intact: records 1 to ");

@@ -104,7 +104,7 @@ fn an_aircraft_whose_computer_is_without_power_in_flight_breaks_no_rule() {
 #[test]
 fn permissions_that_are_revoked_in_flight_are_heeded() {
     let is_soon = |at: Duration, it: &Trouble| *it == Trouble::Revocation && (20..60).contains(&at.as_secs());
-    // The two seconds of wall time in which a process has to hear of it are ten seconds of flight at this speed.
+    // The two seconds of wall time in which a process has to hear that are ten seconds of flight at this speed.
     let run = check_at_speed("5", Layout::OneRouter, is_soon);
     let is_revoked = |it: &str| it.starts_with("chaos: revoked: ");
     assert!(run.story.iter().any(|(_, it)| is_revoked(it)), "nothing was revoked: {:?}", run.story);

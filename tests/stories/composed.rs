@@ -154,7 +154,7 @@ fn a_memory_of_one_form_is_continued_by_the_other() {
     // Slow enough that a machine with too much to do is late by what a vehicle bears.
     let usual = ["--config", config, "--speed", "8", "--state", &state];
     System::start(&[&usual[..], &["--onboard", USUAL]].concat()).end().expect(0, &["SUCCESS"]);
-    // A mission that is over stays over, whoever remembers it.
+    // A mission that is over stays over, no matter which process remembers it.
     System::start(&usual).end().expect(0, &["SUCCESS"]);
     let other = System::start(&[&usual[..], &["--onboard", "mcm,planner"]].concat());
     let ending = other.end();

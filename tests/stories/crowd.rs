@@ -24,7 +24,7 @@ use crate::support::{System, wait_for};
 const FEW: usize = 100;
 const MANY: usize = 1000;
 const EVENTS: &str = "/api/v1/vehicles/uav1/events";
-/// Number and size of decisions that are more than the journal keeps, and more than a stream takes out of it at a
+/// Number and size of decisions that are more than the journal keeps, and more than a stream takes out at a
 /// time, for a client that does not read meanwhile.
 const SHORT: (usize, usize) = (70, 1);
 /// Number and size, in bytes, of decisions that are more than is on its way to a client before the gateway waits for

@@ -50,7 +50,7 @@ fn sigterm_ctrl_c_and_a_closed_terminal_end_everything_also_what_hangs() {
 fn without_exit_when_done_it_stays_up_after_the_mission() {
     let system = System::up(&["--speed", "50"], &[]);
     system.wait_for("mission over: success");
-    // The gateway and the launcher may hear of it in either order.
+    // The gateway and the launcher may hear that in either order.
     wait_for("the report over HTTP", || {
         (system.status()["report"]["outcome"] == "MISSION_OUTCOME_SUCCESS").then_some(())
     });

@@ -13,7 +13,7 @@ const REEF: &str = r#"{"fileType": "Plan", "mission": {"plannedHomePosition": [-
     {"type": "SimpleItem", "command": 20, "frame": 3, "params": [0, 0, 0, null, 0, 0, 0]}
 ]}}"#;
 
-/// The mission file that the import makes of it.
+/// The mission file that the import makes.
 #[track_caller]
 fn imported(folder: &Path) -> String {
     let path = |name: &str| folder.join(name).to_str().expect("a readable path").to_owned();

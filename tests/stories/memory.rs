@@ -42,7 +42,7 @@ impl Flight {
     }
 
     fn start_over(folder: tempfile::TempDir, state: PathBuf) -> Flight {
-        // So many deaths in a row, on the ground, would end the launcher.
+        // With the shipped limit, deaths in a row on the ground would end the launcher.
         let files = Files::with_long_leg().with("kittiwake.toml", "deaths = 5", "deaths = 100");
         let config = files.config();
         let readable = |it: &'_ Path| it.to_str().expect("a readable path").to_owned();
@@ -277,8 +277,8 @@ fn mount(args: &[&str], at: &Path) -> bool {
 /// In the environment of a story that has mounts of its own.
 const OWN_MOUNTS: &str = "KITTIWAKE_STORY_HAS_OWN_MOUNTS";
 
-/// Runs a story of this file once more, where it may mount: as root, or as the root of a namespace that users may make. Whatever
-/// becomes of it, its mounts go with it.
+/// Runs a story of this file once more, where it may mount: as root, or as the root of a namespace that users may make.
+/// Its mounts go with it, whatever happens.
 #[track_caller]
 fn run_with_own_mounts(story: &str) {
     let kinds: [&[&str]; 2] = [&["--mount"], &["--user", "--map-root-user", "--mount"]];

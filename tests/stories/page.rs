@@ -150,7 +150,7 @@ fn a_page_knows_after_a_restart_of_the_gateway_what_was_flown_before() {
     wait_for("another gateway", || system.children().iter().any(is_another).then_some(()));
     let after = wait_for("the time", || browser.document("uav1")["missionTimeS"].as_f64());
     assert!(before <= after, "{after} s after {before} s");
-    // The page has heard of it.
+    // The page has heard that.
     let shown_s = || {
         let text = browser.text("#mission-time")?;
         let (minutes, seconds) = text.split_once(':')?;

@@ -134,7 +134,7 @@ fn objectives_are_inserted_removed_and_skipped_in_flight() {
     browser.click("#verb-pause");
     browser.wait_for("[data-flag=operator_pause]", "acting");
     browser.wait_for("[data-flag=operator_pause][data-tone=accent]", "acting");
-    assert_eq!(browser.text("#alarm"), None, "one's own order is no alarm");
+    assert_eq!(browser.text("#alarm"), None, "one's own order is not an alarm");
     browser.fill("#insert-name", "mast");
     browser.click("#insert-pick");
     // North of the areas.

@@ -153,7 +153,8 @@ fn expect_in_time(browser: &Browser, what: &str, slow: Curve) {
     assert!(old.is_empty(), "{what}: {old:?}");
 }
 
-/// A queue is told as soon as it is there and for as long as it lasts, whatever is done to the gateway's clock meanwhile.
+/// The page shows a queue as soon as it is there and for as long as it lasts, whatever is done to the gateway's clock
+/// meanwhile.
 #[track_caller]
 fn expect_queue(browser: &Browser, what: &str, slow: Curve, answers: Curve) {
     let late = Way { slow, queue: QUEUE, answers }.late(browser);

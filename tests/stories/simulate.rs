@@ -98,8 +98,8 @@ fn bad_input_is_told_and_nothing_is_flown() {
     let config = shipped();
     let config = config.to_string_lossy();
     let file = format!("{config}/kittiwake.toml");
-    check(&["--config", "nowhere"], "--config: `nowhere` is no folder");
-    check(&["--config", &file], "is no folder, expected the one of `kittiwake.toml`");
+    check(&["--config", "nowhere"], "--config: `nowhere` is not a folder");
+    check(&["--config", &file], "is not a folder, expected the one of `kittiwake.toml`");
     check(&["--config", &config, "--mission", "nowhere.toml"], "nowhere.toml: cannot be read");
     check(&["--config", &config, "--flag", "obstcle@40"], "unknown flag `obstcle`: did you mean `obstacle`?");
     check(&["--fault", "batery@60:0.2"], "there is no fault `batery`; did you mean `battery`?");

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use crate::stories::bad_messages::{say_flag, stranger};
 use crate::support::{System, shipped, wait_for};
 
-/// A thousand events a second, in batches of this period, for so many events: each flag rises and falls again and again.
+/// A thousand events a second, in batches of this period, this many in all: each flag rises and falls again and again.
 const PER_BATCH: usize = 10;
 const PERIOD: Duration = Duration::from_millis(10);
 const EVENTS: usize = 4500;

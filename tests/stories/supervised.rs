@@ -138,7 +138,7 @@ fn of_two_managers_of_one_vehicle_the_older_one_ends_also_after_it_was_stopped()
     assert_eq!(second.ending(), None);
 }
 
-/// The health of a process as a supervisor is told it in the end: on a crowded machine one answer may take longer than the
+/// The health of a process as a supervisor sees it in the end: on a crowded machine one answer may take longer than the
 /// command waits.
 #[track_caller]
 fn check_health(args: &[&str], code: i32, said: &str) {

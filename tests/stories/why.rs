@@ -1,4 +1,4 @@
-//! `kittiwake why`: a flight in which much happens is told while it flies and from its recording.
+//! `kittiwake why`: an eventful flight, explained while it flies and from its recording.
 
 use std::path::{Path, PathBuf};
 
@@ -58,7 +58,7 @@ fn a_flight_is_explained_while_it_flies_and_from_its_recording() {
 
     let file = recording(&recordings);
     let file = file.to_str().expect("a readable path");
-    let text = told(&[file]).expect("the recording is told");
+    let text = told(&[file]).expect("the recording is explained");
     assert!(stand_under_each_other(&text, &OBSTACLE) && stand_under_each_other(&text, &BATTERY), "{text}");
     assert!(text.contains(" is below 25 %."), "{text}");
     let document: Value = serde_json::from_str(&told(&["--json", file]).expect("and as JSON")).unwrap();

@@ -37,7 +37,7 @@ impl Machine {
         succeeded(&self.try_run(commands))
     }
 
-    /// The same, whatever comes of it. They run in the folder into which [`Machine::copy_in`] copies.
+    /// The same, whatever the exit code. They run in the folder into which [`Machine::copy_in`] copies.
     pub fn try_run(&self, commands: &str) -> Output {
         docker(&["exec", "--workdir", "/root", &self.0, "bash", "-euo", "pipefail", "-c", commands])
     }

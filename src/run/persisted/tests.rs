@@ -119,7 +119,7 @@ impl Medium for Gate {
         if state == self.written {
             return Ok(());
         }
-        // Open once the test lets go of it.
+        // Open once the test drops its end.
         self.verdicts.recv().unwrap_or(Ok(()))?;
         self.written = state.to_owned();
         Ok(())

@@ -37,7 +37,7 @@ pub(super) struct OfRouter {
     pub(super) former: Vec<Issued>,
     /// The serial numbers of others, by the names of the files that must hold them, and why these do not.
     pub(super) unreadable: Vec<(Failure, Vec<u8>)>,
-    /// Why other files that must be its certificates are none.
+    /// Why other files that must be its certificates are invalid.
     pub(super) unusable: Vec<Failure>,
 }
 

@@ -41,7 +41,7 @@ pub(super) fn keep(authority: &Path, certificate: &str) -> Result<(), Failure> {
     replace(&folder.join(format!("{}-{serial}.{SUFFIX}", it.name)), 0o644, certificate)
 }
 
-/// A copy's file, and what it holds, or why that is no certificate.
+/// A copy's file, and its certificate, or why it holds none.
 pub(super) type Found = (PathBuf, Result<Issued, Failure>);
 
 /// Each copy.
@@ -59,7 +59,7 @@ pub(super) fn digits(serial: &[u8]) -> String {
 }
 
 /// What the name of a file says, whatever it holds. `None`: it is not named for a copy of a certificate of the router `name`; otherwise
-/// the serial number in it, or `Some(None)` if that is none that a certificate can have. Names of routers have dashes too.
+/// the serial number in it, or `Some(None)` if no certificate can have that number. Names of routers have dashes too.
 pub(super) fn named_for(path: &Path, name: &str) -> Option<Option<Vec<u8>>> {
     let stem = path.file_stem()?.to_str()?;
     stem.rsplit_once('-').filter(|(of, _)| *of == name).map(|(_, digits)| serial(digits))

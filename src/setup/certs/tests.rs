@@ -89,7 +89,7 @@ fn a_list_that_cannot_be_written_for_one_router_is_given_to_all_others() {
         let root = tempfile::tempdir().unwrap();
         let root = root.path();
         run(root, &[]).unwrap();
-        // No file takes the place of a folder, whoever runs this.
+        // No file takes the place of a folder, not even for root.
         spoiled.iter().for_each(|it| std::fs::create_dir(root.join(it).join(REVOKED)).unwrap());
         let refusal = change("revoke", root, &["uav1-router"]).unwrap_err().to_string();
         assert!(refusal.contains(said), "expected `{said}`: {refusal}");
@@ -174,13 +174,13 @@ fn a_certificate_whose_copy_cannot_be_read_is_revoked_by_the_serial_number_in_th
         let root = tempfile::tempdir().unwrap();
         let root = root.path();
         let aircraft = flown(root);
-        // The aircraft has kept its files of before a renewal that never reached it.
+        // The aircraft has kept its old files: a renewal never reached it.
         change("renew", root, &["uav1-router"]).unwrap();
         let flown = issued::of_file(&aircraft.path().join(CERTIFICATE)).unwrap().serial;
         spoil(&root.join("authority/issued").join(format!("uav1-router-{}.pem", issued::digits(&flown))));
         change("revoke", root, &["uav1-router", "--former"]).unwrap();
         assert!(is_revoked(root, aircraft.path(), "uav1-router"));
-        assert!(!is_revoked(root, &root.join("uav1-router"), "uav1-router"), "its present one is none of the former");
+        assert!(!is_revoked(root, &root.join("uav1-router"), "uav1-router"), "its present one is not a former one");
     }
     case(|copy| std::fs::write(copy, "").unwrap());
     case(|copy| std::fs::write(copy, b"\xff\0garbage").unwrap());

@@ -1,8 +1,8 @@
 //! Whether a set that is there already is whole. A power loss, a full disk or somebody's hand may have left files empty, or taken them
 //! away: a set that is kept like that keeps the link down for ever.
 //!
-//! It mends nothing: an authority that is made anew unasked cuts off every router that goes by the one of before. Nor does it look at
-//! what time and revocations do to a certificate: the routers tell of that.
+//! It mends nothing: replacing an authority unasked cuts off every router that trusts the previous one. Nor does it
+//! look at what time and revocations do to a certificate: the routers report that.
 
 use std::path::Path;
 

@@ -46,7 +46,7 @@ impl Proof {
     }
 }
 
-/// Tries all of it with the configuration file `config`, whose table is that of the file `path`.
+/// Tries everything with the configuration file `config`, whose table is that of the file `path`.
 ///
 /// # Errors
 /// Mistakes in the files, if they were changed meanwhile.

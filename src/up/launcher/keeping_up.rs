@@ -36,8 +36,8 @@ impl Launcher<'_> {
         }
     }
 
-    /// Kills the children that hang; they are started again as soon as they have ended. So is a router whose socket was removed: whoever is
-    /// started from here on would find it nowhere, and a new one makes a new one.
+    /// Kills the children that hang; they are started again as soon as they have ended. So is a router whose socket was
+    /// removed: a process started from here on would find it nowhere, and a new router makes a new socket.
     pub(super) fn end_what_hangs(&mut self) {
         if self.children.router_is_nowhere() && self.supervisor.router_is_seen() {
             self.screen.log("the router's socket was removed: the router is killed, to be started again");

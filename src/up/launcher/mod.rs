@@ -195,8 +195,9 @@ impl<'a> Launcher<'a> {
         }
     }
 
-    /// Waits for something to happen, and takes in what else has happened, in its order. What is asked after each turn is so asked once for all
-    /// of it: a launcher that waited for the processor catches up, instead of hearing of a death behind thousands of positions.
+    /// Waits for something to happen, and takes in what else has happened, in its order. The checks after each turn are
+    /// so made once for all: a launcher that waited for the processor catches up, instead of hearing a death behind
+    /// thousands of positions.
     fn hear(&mut self) -> Option<End> {
         let mut next = match self.happenings.recv_timeout(REFRESH.min(self.until_due())) {
             Ok(happening) => Some(happening),
@@ -210,7 +211,7 @@ impl<'a> Launcher<'a> {
             if let Some(end) = self.on(next?) {
                 return Some(end);
             }
-            // Each report is told, also one that the next mission follows at once.
+            // Each report is printed, also one that the next mission follows at once.
             if self.progress.report().is_some() != is_reported {
                 break;
             }

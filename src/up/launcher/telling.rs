@@ -1,4 +1,4 @@
-//! The beginning and the end of a mission, as they are told to whoever has started the system.
+//! The beginning and the end of a mission, as the launcher prints them.
 
 use kittiwake_proto::v1::MissionReport;
 

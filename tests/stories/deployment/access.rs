@@ -117,7 +117,7 @@ fn assert_crossing(
         topics().iter().for_each(|key| from.put(format!("{prefix}{key}"), "x").wait().unwrap());
         from.put(fence, "x").wait().unwrap();
         let mut fence_is_heard = false;
-        // Until nothing more comes: how much of it comes is what is asked here.
+        // Until nothing more comes: the question here is how much comes.
         while let Ok(key) = heard.recv_timeout(Duration::from_millis(500)) {
             fence_is_heard |= key == fence;
             let topic = key.strip_prefix(&prefix).and_then(|it| topics().into_iter().find(|key| *key == it));
@@ -125,7 +125,7 @@ fn assert_crossing(
         }
         (fence_is_heard, crossed.clone())
     };
-    // Who listens to a topic is told one topic after the other: the fence may arrive before another one is let through.
+    // Subscriptions are announced one topic after the other: the fence may arrive before another one is let through.
     let expected = set(expected);
     let mut arrived = false;
     wait_for(&format!("the link to carry {expected:?}: {what}"), || {

@@ -182,13 +182,13 @@ fn a_cut_is_seen_on_both_sides_and_nothing_old_is_obeyed_after_it() {
     assert!(others.is_empty(), "on board: {others:?}");
     assert!(
         !on_board.decided("paus"),
-        "no order of before a cut was obeyed: {:?}",
+        "no order from before a cut was obeyed: {:?}",
         on_board.heard.lock().unwrap().decisions
     );
     wait_for("the same processes as before", || (instances(&deployment.services.document()) == before).then_some(()));
     deployment.services.expect_all_run();
     let (status, body) = deployment.services.post("/api/v1/vehicles/uav1/pause");
-    assert_eq!(status, 200, "an order of now is obeyed: {body}");
+    assert_eq!(status, 200, "a new order is obeyed: {body}");
 }
 
 #[test]
