@@ -51,7 +51,7 @@ pub struct Way {
 }
 
 impl Way {
-    /// All of it.
+    /// The total.
     pub fn total_s(&self) -> f64 {
         self.to_manager_s + self.deciding_s + self.to_command_s + self.to_vehicle_s
     }

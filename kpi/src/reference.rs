@@ -34,7 +34,7 @@ pub(crate) const O2O: Row =
 pub(crate) const FLAT: [f64; 3] = [0.67, 0.60, 0.62];
 pub(crate) const NESTED: [f64; 3] = [0.51, 0.51, 0.39];
 
-/// All of it, for the machine-readable report.
+/// The whole reference, for the machine-readable report.
 #[derive(Debug, Serialize)]
 pub(crate) struct Reference {
     tick_periods_ms: [u32; 3],

@@ -12,8 +12,8 @@ static POOL: LazyLock<DescriptorPool> = LazyLock::new(|| {
     DescriptorPool::decode(bytes.as_slice()).expect("the descriptor set was written by this crate's build script")
 });
 
-/// How deep JSON may be nested in a field of a message: so many arrays and objects within one another. Each of them is two messages on
-/// the wire, and whoever decodes a message refuses more than a hundred within one another.
+/// How deep JSON may be nested in a field of a message: the most arrays and objects within one another. Each of them is
+/// two messages on the wire, and a decoder refuses more than a hundred within one another.
 pub const MAX_DEPTH: usize = 16;
 
 /// The message as canonical proto3 JSON: lowerCamelCase names, enums by name, 64-bit integers as
@@ -51,8 +51,8 @@ pub fn wrong_member<M: Name>(json: &serde_json::Value) -> Option<String> {
     wrong_in(&POOL.get_message_by_name(&M::full_name())?, json)
 }
 
-/// The first coordinate in `json`, as a JSON pointer, that is not named or is no finite number: proto3 takes one that is left out for zero,
-/// and a place that nobody named is no place.
+/// The first coordinate in `json`, as a JSON pointer, that is not named or not a finite number: proto3 takes one that
+/// is left out for zero, and an unnamed place is not a place.
 pub fn wrong_coordinate<M: Name>(json: &serde_json::Value) -> Option<String> {
     wrong_coordinate_in(&POOL.get_message_by_name(&M::full_name())?, json)
 }
