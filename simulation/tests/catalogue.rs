@@ -314,15 +314,15 @@ fn shipped() -> Contingencies {
 fn page(table: &Contingencies) -> String {
     let stories: BTreeMap<&str, (&str, &str)> =
         STORIES.iter().map(|(flag, file, test)| (*flag, (*file, *test))).collect();
-    let with_story = |row: &Row| {
-        let mut cells = cells(row).to_vec();
-        let (file, test) = stories.get(row.flag.as_str()).unwrap_or_else(|| panic!("no story for `{}`", row.flag));
-        cells.push(format!("`{test}` in `{file}`"));
-        cells
-    };
-    let rows: Vec<Vec<String>> = table.rows().iter().map(with_story).collect();
-    let headings: Vec<&str> = HEADINGS.into_iter().chain(["shown by"]).collect();
     let shown_by = |file: &str, test: &str| format!("`{test}` in `{file}`");
+    let case_and_source = |row: &Row| {
+        let [case @ .., source] = cells(row);
+        let (file, test) = stories.get(row.flag.as_str()).unwrap_or_else(|| panic!("no story for `{}`", row.flag));
+        let source = vec![case[0].clone(), source, shown_by(file, test)];
+        (Vec::from(case), source)
+    };
+    let (cases, sources): (Vec<_>, Vec<_>) = table.rows().iter().map(case_and_source).unzip();
+    let [headings @ .., source_heading] = HEADINGS;
     let elsewhere = ANSWERED_ELSEWHERE
         .map(|(case, answer, file, test)| vec![case.to_owned(), answer.to_owned(), shown_by(file, test)]);
     let over_processes = OVER_PROCESSES.map(|(case, file, test)| vec![case.to_owned(), shown_by(file, test)]);
@@ -333,6 +333,7 @@ fn page(table: &Contingencies) -> String {
          your own\nfiles.\n\n## Cases\n\nMost urgent first: of equally severe responses that of the upper row is flown. Thresholds hold for \
          as long as is said before the\nflag is raised. What \"counts\" are the phases in which a flag is answered; in the others it is shown \
          and recorded.\nWhat a row \"narrows\" is forbidden for as long as its flag is up, in every phase and whichever row responds.\n\n{}\n## \
+         Sources and stories\n\nWhere the numbers of each case come from, and a story that shows the case.\n\n{}\n## \
          Order of responses\n\nOf the rows whose flags are up, the most severe one is flown, and comfort after safety: without comfort the mission is \
          worse, and nobody\nis harmed. No order comes before a binding row; one with override comes before safety, any order before comfort. What is less \
          severe waits,\nbut for what it narrows. A response that is impossible now is skipped with its reason.\n\n{}\n## Answered without a row\n\nBy the plan, by a \
@@ -340,7 +341,8 @@ fn page(table: &Contingencies) -> String {
          on a virtual clock, but those below in `tests/`: with a process for each service, and a bus between them.\n\n{}\n## Hazards\n\nWhat every table must answer in each of these phases, or waive with a reason \
          (`crates/domain/src/contingency/hazard/list.rs`), and what\nanswers it in this one (`simulation/src/proof/hazards.rs`).\n\n{}\n## Fields\n\nWhat an expression (`when`, \
          `clear_when`) can read. A constant beyond the range of the field that it is compared with is a\nmistake.\n\n{}",
-        markdown_of(&headings, &rows),
+        markdown_of(&headings, &cases),
+        markdown_of(&["flag", source_heading, "shown by"], &sources),
         lattice_markdown(),
         markdown_of(&["case", "answer", "shown by"], &elsewhere),
         markdown_of(&["case", "shown by"], &over_processes),
