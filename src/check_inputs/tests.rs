@@ -41,7 +41,7 @@ impl Shipped {
             match text.split_once(" = ") {
                 _ if text.starts_with('#') => {}
                 _ if text.starts_with('[') => table = text.to_owned(),
-                // The first line of a longer value is not an entry.
+                // The first line of a value over several lines is not an entry.
                 Some((key, value))
                     if toml::from_str::<toml::Table>(text).is_ok() && seen.insert((table.clone(), key.to_owned())) =>
                 {

@@ -140,8 +140,8 @@ fn read(path: &Path) -> Option<Running> {
     None
 }
 
-/// Removes the folders of processes that were killed: those that are nobody's any more. The process that removes one
-/// holds it meanwhile.
+/// Removes the folders of processes that were killed: those that are nobody's any more. The process that removes
+/// one holds it meanwhile.
 fn clear_away(base: &Path) {
     for entry in std::fs::read_dir(base).into_iter().flatten().flatten() {
         let is_folder = entry.file_type().is_ok_and(|it| it.is_dir());

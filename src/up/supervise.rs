@@ -195,8 +195,8 @@ impl Supervisor {
         }
     }
 
-    /// Nobody can be seen at the moment: the start time limit of the started processes begins again. A router is seen
-    /// otherwise.
+    /// Nobody can be seen at the moment: the time limit of started processes begins again. A router is seen in
+    /// another way.
     pub fn nobody_can_be_seen(&mut self, now: Duration) {
         for (child, state) in &mut self.states {
             if let State::Started(since) = state

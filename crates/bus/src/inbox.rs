@@ -67,7 +67,7 @@ pub(crate) enum Asker {
 /// Why a request does not reach the node.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Refusal {
-    /// It is malformed or late, as this says.
+    /// It is malformed, misdirected or late, as this says.
     Because(String),
     /// The mailbox is full: it may be sent again.
     NoRoom,

@@ -168,7 +168,7 @@ fn obey(fake: &mut FakeAutopilot, command: u16, params: &[f32; 7], now: Now) -> 
             }
         }
         22 => {
-            // NaN here crashes the real autopilot.
+            // NaN here ends the real autopilot's program.
             assert!(!params[6].is_nan(), "NaN as the height of a takeoff");
             let climbs = fake.is_armed() && own(fake).mode == GUIDED && fake.is_landed() && 0.0 < params[6];
             if !climbs {

@@ -313,8 +313,8 @@ fn is_over(simulation: &Simulation<'_>) -> bool {
     seen.is_down() && (seen.report.is_some() || !seen.manager.ends.is_empty())
 }
 
-/// Whether the response of `row` brings the vehicle down: not where it is left to another pilot, because a flag raised
-/// by hand makes nobody fly.
+/// Whether the response of `row` brings the vehicle down: not where the row leaves that to a pilot or the autopilot,
+/// because a flag raised by hand makes nobody fly.
 fn comes_down(row: &Row) -> bool {
     row.severity().comes_down() && !LEFT_TO_OTHERS.contains(&row.flag.as_str())
 }

@@ -195,8 +195,8 @@ impl<'a> Launcher<'a> {
         }
     }
 
-    /// Waits for something to happen, and takes in what else has happened, in its order. The checks after each turn are
-    /// so made once for all: a launcher that waited for the processor catches up, instead of hearing a death behind
+    /// Waits for something to happen, and takes in what else has happened, in its order. So the checks after
+    /// a turn run once for all: a launcher that waited for the processor catches up, instead of hearing a death behind
     /// thousands of positions.
     fn hear(&mut self) -> Option<End> {
         let mut next = match self.happenings.recv_timeout(REFRESH.min(self.until_due())) {

@@ -98,8 +98,9 @@ fields! {
     /// The strongest wind of the last minute, each averaged over three estimates.
     Gust "wind.gust_m_s" number(Unit::METRE_PER_SECOND, 0.0, 100.0);
     /// The least distance over ground to a moving aircraft with people in it, or of unknown kind, within 76 m of the
-    /// vehicle's height, now or within the next minute: if the vehicle stays, goes on as it does, or flies its mission. The
-    /// least found counts until the aircraft has passed and flies away, whatever the vehicle does; 100 km without one.
+    /// vehicle's height, now or within the next minute: if the vehicle stays, goes on as it does, or flies its mission.
+    /// The least found counts until the aircraft has passed and flies away, whatever the vehicle does; 100 km without
+    /// one.
     ClosestApproach "traffic.closest_approach_m" number(Unit::METRE, 0.0, NO_TRAFFIC_M);
     /// The same for aircraft without people in them, within 25 m of the vehicle's height.
     UncrewedApproach "traffic.uncrewed_approach_m" number(Unit::METRE, 0.0, NO_TRAFFIC_M);

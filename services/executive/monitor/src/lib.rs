@@ -65,7 +65,7 @@ pub struct Monitor {
     flags: Vec<Flag>,
     /// Of which samples have arrived that no rule has read yet.
     unread: Vec<Topic>,
-    /// What the expressions read last, which of those values are not complete yet, and when.
+    /// What the expressions read last, which of those fields had heard too little yet, and when.
     snapshot: Snapshot,
     unheard: Unheard,
     evaluated_at: Option<Time>,

@@ -134,7 +134,7 @@ impl SkillState {
                 (S::Execute { trouble: None }, &[A::Register, A::Announce])
             }
             (S::ProcessRequest(P::Commanding), E::TooEarly) => (S::ProcessRequest(P::Waiting), &[]),
-            // The autopilot has no command of this skill yet, so nothing is to be undone.
+            // The autopilot obeys no command of this skill yet, so nothing is to be undone.
             (S::ProcessRequest(P::Waiting), E::Cancel) => {
                 let reason = "cancelled before anything was commanded";
                 (S::Ended(Ending::because(SkillOutcome::Cancelled, reason)), ANNOUNCE)

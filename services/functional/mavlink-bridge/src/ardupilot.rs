@@ -124,7 +124,7 @@ impl Personality for ArduPilot {
         let since = vehicle.armed_since?;
         let climb_m = height_m + vehicle.local_now(now)?.position[2];
         let above_home_m = vehicle.global_since(since, now)?.above_home_m + climb_m;
-        // NaN in param7 crashes the autopilot, and a value not above 0 is refused.
+        // NaN in param7 ends the autopilot's program, and a value not above 0 is refused.
         (above_home_m.is_finite() && 0.0 < above_home_m)
             .then(|| CommandLong::new(command::TAKEOFF, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, above_home_m as f32]))
     }

@@ -137,7 +137,7 @@ const RULES: &[Rule] = &[
     Rule {
         name: "COM_LOW_BAT_ACT",
         suits: |it, _, _| [2.0, 3.0].contains(&it),
-        expected: "3 (return, then land) or 2 (land): with 0 PX4 is not a net below ours",
+        expected: "3 (return, then land) or 2 (land): with 0 PX4 only warns",
     },
     Rule {
         name: "BAT_CRIT_THR",

@@ -30,7 +30,7 @@ pub enum UnusableState {
     /// The manager was started with another mission since.
     #[error("it belongs to another mission file")]
     OfAnotherMission,
-    /// It makes no sense.
+    /// A part makes no sense.
     #[error(transparent)]
     InvalidMessage(#[from] InvalidMessage),
 }

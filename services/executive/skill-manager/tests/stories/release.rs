@@ -158,8 +158,8 @@ fn a_release_that_was_interrupted_is_not_commanded_again_while_the_gripper_may_y
 /// The one before it may have sent a release, and been killed while the gripper opened.
 #[test]
 fn a_skill_manager_that_is_started_in_flight_waits_once_for_a_release_that_it_does_not_know_of() {
-    /// How many releases are commanded until `until_s` after the first status, at 5 s, and until the skill has
-    /// succeeded.
+    /// How many releases are commanded within `until_s` of the first status (the wait takes 5 s), and until the skill
+    /// has succeeded.
     #[track_caller]
     fn check(rig: &mut Rig, until_s: f64, before: usize, after: usize) {
         rig.forget();
