@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use domain::contingency::narrowing::{Narrowing, Narrows};
-use domain::contingency::{Action, Moment, Raised, Severity};
+use domain::contingency::{Action, Moment, OPERATOR_ABORT, Raised, Severity};
 use domain::decision::DecisionKind;
 
 use super::responses::ActiveResponse;
@@ -125,6 +125,17 @@ impl World {
 
     pub(super) fn response_row(&self) -> Option<usize> {
         self.answer.response.as_ref().map(|it| it.row)
+    }
+
+    /// Whether the response was ordered with override.
+    pub(super) fn is_ordered_with_override(&self) -> bool {
+        self.response_row().is_some_and(|row| self.flags.overrides(row))
+    }
+
+    /// Whether a pilot has ordered to land here, whatever is below.
+    pub(super) fn is_ordered_here(&self) -> bool {
+        self.is_ordered_with_override()
+            && self.response_row().is_some_and(|row| **self.flags.name(row) == *OPERATOR_ABORT)
     }
 
     /// The action that is flown, or tried next, and those after it; none without a response.

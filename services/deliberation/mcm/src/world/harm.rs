@@ -5,7 +5,6 @@
 use std::collections::BTreeSet;
 
 use domain::alternates::Alternate;
-use domain::contingency::OPERATOR_ABORT;
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::harm::{Harm, least};
@@ -93,16 +92,6 @@ impl World {
             let areas = self.needed_for_way(site);
             self.enter(areas, "ordered with override");
         }
-    }
-
-    fn is_ordered_with_override(&self) -> bool {
-        self.response_row().is_some_and(|row| self.flags.overrides(row))
-    }
-
-    /// Whether a pilot has ordered to land here, whatever is below.
-    pub(super) fn is_ordered_here(&self) -> bool {
-        self.is_ordered_with_override()
-            && self.response_row().is_some_and(|row| **self.flags.name(row) == *OPERATOR_ABORT)
     }
 
     fn enter(&mut self, areas: BTreeSet<String>, why: &str) {
