@@ -31,9 +31,9 @@ impl World {
         let budget = energy.budget(vehicle.charge?);
         let left_wh = budget.charge_wh - budget.capacity_wh * budget.reserve.get();
         let told = |it: &Alternate| {
-            let (way, _) = it.way.as_ref()?;
             // None can be reached in a wind that blows it away.
-            let margin_wh = if self.holds_in_wind() { left_wh - way.energy_wh } else { -budget.capacity_wh };
+            let (way, _) = it.way.as_ref().filter(|_| self.holds_in_wind())?;
+            let margin_wh = left_wh - way.energy_wh;
             Some(v1::PlaceOutlook {
                 place: it.candidate.to_string(),
                 time_s: way.time_s,
