@@ -13,6 +13,7 @@ use domain::site::SiteKind;
 use domain::way::{FlightLimits, Found, MOST_LEGS};
 
 use super::places::SAME_SITE_M;
+use super::responses::WITH_FAULT;
 use super::{WhatMayBeEntered, World};
 use crate::journal::{CONTINGENCY, Said};
 
@@ -154,12 +155,13 @@ impl World {
         to_divert_to(&self.ranked_alternates()).into_iter().map(Choice::of).collect()
     }
 
-    /// The nearest landing to which there is no way now: what a response waits for that can go nowhere else.
+    /// The nearest landing to which there is no way now and may be one in time: what a response waits for that can go nowhere else.
     pub(crate) fn nearest_closed_landing(&self) -> Option<Ned> {
         let here = self.seen.vehicle?.position;
         let is_landing = |it: &&Alternate| it.candidate.kind == SiteKind::Landing && it.failed_landings == 0;
         let ranked = self.ranked_alternates();
         let closed = ranked.iter().filter(|it| it.way.is_none()).filter(is_landing).map(|it| it.candidate.position);
+        let closed = closed.filter(|it| self.may_open_within(*it, WITH_FAULT));
         closed.min_by(|a, b| a.horizontal_distance_m(here).total_cmp(&b.horizontal_distance_m(here)))
     }
 

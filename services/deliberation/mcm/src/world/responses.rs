@@ -24,7 +24,7 @@ use crate::permits::Beyond;
 
 /// The longest wait for a way of a response to a fault of the vehicle or its battery, or while a flag bars areas: slack counts neither. (ENG: 12 % of the battery
 /// by hovering; a tower that closes an area for a crossing opens it within one or two minutes.)
-const WITH_FAULT: Duration = Duration::from_secs(180);
+pub(super) const WITH_FAULT: Duration = Duration::from_secs(180);
 /// The longest stay in an area in which the vehicle must not be. (ENG: five minutes: an area that applies for longer is left, or landed in.)
 const INSIDE: Duration = Duration::from_secs(300);
 /// A failsafe of the autopilot passes within this time, or lasts. (ENG: as long as a control tower takes to answer.)

@@ -177,6 +177,18 @@ impl World {
         self.what_closes_the_way(site).map_or_else(|| why.to_owned(), |closed| format!("{why}, {closed}"))
     }
 
+    /// Whether what closes the straight way to `site` may be over in time: a permission may come at any moment, a keep-out area ends as it says.
+    pub(super) fn may_open_within(&self, site: Ned, limit: Duration) -> bool {
+        let Some(here) = self.seen.vehicle.map(|it| it.position) else { return true };
+        let over = site.at_height(here.height_m());
+        let breach = self.breach_on_way(here, over, self.flight_limits().speeds.cruise_m_s);
+        let area = breach.and_then(|breach| self.planner.areas().iter().find(|it| it.name == breach.area));
+        let Some(area) = area.filter(|it| it.kind == AreaKind::KeepOut) else { return true };
+        let latest_ms = self.now.utc_ms + self.setup.limits.pace.to_wall(limit).as_millis() as i64;
+        let ends_ms = area.windows_after(self.now.utc_ms).next().and_then(|(_, ends_ms)| ends_ms);
+        ends_ms.is_some_and(|it| it <= latest_ms)
+    }
+
     /// What is in the way to `site`, straight from where the vehicle is, and for how long it is closed.
     fn what_closes_the_way(&self, site: Ned) -> Option<String> {
         let here = self.seen.vehicle?.position;
