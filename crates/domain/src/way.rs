@@ -91,8 +91,8 @@ pub fn way_out(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<
         .map(|least_m| from.at_height(from.height_m().clamp(least_m, limits.highest_m.max(least_m))));
     let clearances = [limits.clearance_m, limits.clearance_m / 2.0];
     let higher = (higher != level).then_some(higher);
-    let tries = std::iter::once(level).chain(higher).flat_map(|level| clearances.map(|it| (level, it)));
-    tries.into_iter().find_map(|(level, clearance_m)| {
+    let mut tries = std::iter::once(level).chain(higher).flat_map(|level| clearances.map(|it| (level, it)));
+    tries.find_map(|(level, clearance_m)| {
         let sideways = directions(level, &trespassed).into_iter().filter_map(|direction| {
             let exit = exit_along(level, direction, clearance_m, airspace)?;
             Some(if level == from { vec![exit] } else { vec![level, exit] })

@@ -33,7 +33,7 @@ pub(super) enum Destination {
     FreeGround,
 }
 
-/// Flies leg by leg; each is chosen when it begins, and again when the airspace rule forbids its rest.
+/// Flies leg by leg; each is chosen when it begins, and again when the airspace rule forbids the remaining way.
 pub(super) struct FlyTo {
     destination: Destination,
     leg: Option<Leg>,

@@ -110,7 +110,7 @@ impl World {
         let here = vehicle.position;
         let speeds = self.flight_limits().speeds;
         let (to, speeds) = match step.nominal.goal {
-            // From the ground. In the middle of a climb, its rest ends at the height of the plan.
+            // The height of the plan is where the climb ends, also of one that has begun.
             Goal::Takeoff { climb_m } if !vehicle.flying => (here.at_height(here.height_m() + climb_m), speeds),
             Goal::Takeoff { .. } | Goal::Land => (here.at_height(step.reaches.position.height_m()), speeds),
             Goal::Position { target, speed_limit_m_s, .. } => {

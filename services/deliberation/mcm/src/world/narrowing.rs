@@ -17,7 +17,7 @@ use crate::journal::{Cause, Said};
 /// A vehicle that is slower over ground rests. (ENG: it stops within a quarter of a metre.)
 pub(super) const MOVES_M_S: f64 = 1.0;
 
-/// What a step waits for, while flags forbid its rest.
+/// What a step waits for, while flags forbid the remaining way.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Barrier {
     /// An area that may not be entered now.

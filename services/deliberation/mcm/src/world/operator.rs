@@ -322,7 +322,7 @@ impl World {
             let other = self.flags.name(other).clone();
             self.say("operator", format!("{}: `{flag}` overrides `{other}`", order.by));
         }
-        let changes_nothing = !takes_back && first == without_override && (overrides_already || !order.overrides);
+        let changes_nothing = !takes_back && first == without_override && overrides_already == order.overrides;
         if is_up && changes_nothing {
             return Err(match first {
                 None => format!("`{flag}` is under way already"),
