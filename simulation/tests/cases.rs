@@ -8,8 +8,8 @@ use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision, MissionOutcome};
 use simulation::Simulation;
 
-use crate::stories::support::story::{LIMIT, ends, s, when};
-use crate::stories::support::{mission_file, simulation};
+use crate::stories::support::story::{LIMIT, ends, s, when, when_flown};
+use crate::stories::support::{config_with, mission_file, simulation, simulation_of};
 
 /// A mission of this text, flown until `there` holds for the place.
 #[track_caller]
@@ -216,6 +216,19 @@ fn a_hold_after_an_autopilots_restart_ends() {
         "`operator_silent`: land_elsewhere failed (try 2 of 2): it needs a position",
     ];
     assert!(simulation.fly_until("flag `operator_silent` raised", s(640)), "{}", simulation.decision_log());
+    ends(simulation, MissionOutcome::Emergency, &expected);
+}
+
+/// A vehicle of 10 m/s in a wind that a faster one is flown in.
+#[test]
+fn one_that_flies_slowly_through_the_air_goes_home_in_less_wind() {
+    let config = config_with("slow-in-air", &[]);
+    let file = config.join("kittiwake.toml");
+    let text = std::fs::read_to_string(&file).unwrap().replace("airspeed_m_s = 15.0", "airspeed_m_s = 10.0");
+    std::fs::write(&file, text).unwrap();
+    let mut simulation = when_flown(simulation_of(&config, None, Policy::Grant), "step 2 of 5");
+    simulation.inject_fault("wind", &["0", "-9.5"]);
+    let expected = ["raised: wind.speed_m_s 9.4", "`wind_too_strong`: return_home"];
     ends(simulation, MissionOutcome::Emergency, &expected);
 }
 

@@ -25,6 +25,16 @@ fn out_over(name: &str, ground: &str, stay_s: u32, more: &str) -> Simulation<'st
     simulation(Some(&mission_file(&format!("last-moment-{name}"), &text)), Policy::Grant)
 }
 
+/// The same over land, without a stay.
+fn out_over_land(name: &str, more: &str) -> Simulation<'static> {
+    let text = format!(
+        "name = \"{name}\"\n\
+         [[objective]]\nname = \"look\"\nnorth_m = 0.0\neast_m = 300.0\nheight_m = 20.0\nflying = true\n\
+         [[objective]]\nname = \"home\"\nnorth_m = 0.0\neast_m = 0.0\nheight_m = 0.0\nflying = false\n{more}"
+    );
+    simulation(Some(&mission_file(&format!("last-moment-{name}"), &text)), Policy::Grant)
+}
+
 fn harbour() -> String {
     format!("[[area]]\nname = \"harbour\"\nkind = \"permission\"\n{SQUARE}")
 }
@@ -82,13 +92,7 @@ fn an_operator_who_is_silent_puts_no_healthy_vehicle_into_the_sea() {
 
 #[test]
 fn over_land_who_waited_for_an_operator_does_not_wait_again_for_a_way_home() {
-    let text = format!(
-        "name = \"land\"\n\
-         [[objective]]\nname = \"look\"\nnorth_m = 0.0\neast_m = 300.0\nheight_m = 20.0\nflying = true\n\
-         [[objective]]\nname = \"home\"\nnorth_m = 0.0\neast_m = 0.0\nheight_m = 0.0\nflying = false\n{}",
-        harbour()
-    );
-    let mut simulation = simulation(Some(&mission_file("last-moment-land", &text)), Policy::Grant);
+    let mut simulation = out_over_land("land", &harbour());
     until(&mut simulation, |it| 200.0 < it.east_m);
     simulation.order(Verb::Pause(v1::PauseMission { overrides: false }));
     simulation.decide_for("harbour", Decision::Deny, None);
@@ -117,4 +121,67 @@ fn a_plain_abort_after_a_takeover_is_no_abort_with_override() {
     simulation.pass(Duration::from_secs(10));
     simulation.order(Verb::Abort(v1::AbortMission { overrides: false }));
     ends_at_home(&mut simulation);
+}
+
+#[test]
+fn an_override_counts_during_the_abort_under_way() {
+    let mut simulation = out_over("overridden", "people", 60, "");
+    until(&mut simulation, |it| 250.0 < it.east_m);
+    simulation.order(Verb::Abort(v1::AbortMission { overrides: false }));
+    until(&mut simulation, |it| it.east_m < 230.0);
+    simulation.order(Verb::Abort(v1::AbortMission { overrides: true }));
+    simulation.fly(Duration::from_secs(600)).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+    let at = simulation.position().expect("a position");
+    assert!(190.0 < at.east_m, "{at:?}\n{}", simulation.decision_log());
+}
+
+#[test]
+fn an_abort_waits_until_the_way_down_is_clear() {
+    let mut simulation = out_over_land("beneath", "");
+    until(&mut simulation, |it| 200.0 < it.east_m);
+    simulation.inject_fault("circling", &["0", "230", "5", "30", "5", "uncrewed"]);
+    simulation.pass(Duration::from_secs(3));
+    simulation.order(Verb::Abort(v1::AbortMission { overrides: false }));
+    simulation.pass(Duration::from_secs(60));
+    let log = simulation.decision_log();
+    assert!(log.contains("other traffic is too near to the way down"), "{log}");
+    assert!(!simulation.is_on_ground(), "{log}");
+    simulation.inject_fault("clear", &[]);
+    assert!(simulation.fly(Duration::from_secs(300)).is_some(), "{}", simulation.decision_log());
+}
+
+#[test]
+fn whose_position_is_in_doubt_stays_while_traffic_comes_near() {
+    let mut simulation = out_over_land("doubt", "");
+    until(&mut simulation, |it| 200.0 < it.east_m);
+    simulation.inject_fault("position_jump", &["0", "60"]);
+    assert!(simulation.fly_until("`position_jumped`: ", Duration::from_secs(30)), "{}", simulation.decision_log());
+    simulation.inject_fault("head_on", &["300", "10", "uncrewed"]);
+    let log = |it: &Simulation<'_>| it.decision_log();
+    assert!(simulation.fly_until("`drone_near`: avoid", Duration::from_secs(60)), "{}", log(&simulation));
+    simulation.pass(Duration::from_secs(2));
+    assert!(log(&simulation).contains("stays: its position is in doubt"), "{}", log(&simulation));
+}
+
+/// Home is closed for good, and the battery suffices for ground 560 m away.
+#[test]
+fn free_ground_far_off_is_better_than_the_sea() {
+    let beach = [[-600.0, 260.0], [-520.0, 260.0], [-520.0, 340.0], [-600.0, 340.0]];
+    let text = format!(
+        "name = \"beach\"\n\
+         [[objective]]\nname = \"look\"\nnorth_m = 0.0\neast_m = 300.0\nheight_m = 20.0\nflying = true\n\
+         [[objective]]\nname = \"home\"\nnorth_m = 0.0\neast_m = 0.0\nheight_m = 0.0\nflying = false\n\
+         [[area]]\nname = \"below\"\nkind = \"no-landing\"\nground = \"water\"\n\
+         corners_m = [[-4000.0, -4000.0], [4000.0, -4000.0], [4000.0, 4000.0], [-4000.0, 4000.0]]\n\
+         holes_m = [[[-40.0, -40.0], [40.0, -40.0], [40.0, 40.0], [-40.0, 40.0]], {beach:?}]\n{}",
+        harbour()
+    );
+    let mut simulation = simulation(Some(&mission_file("last-moment-beach", &text)), Policy::Grant);
+    until(&mut simulation, |it| 250.0 < it.east_m);
+    simulation.decide_for("harbour", Decision::Revoke, None);
+    simulation.inject_fault("battery", &["0.4"]);
+    simulation.fly(Duration::from_secs(2400)).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+    let at = simulation.position().expect("a position");
+    let is_ashore = (-600.0..-520.0).contains(&at.north_m) && (260.0..340.0).contains(&at.east_m);
+    assert!(is_ashore, "{at:?}\n{}", simulation.decision_log());
 }

@@ -12,7 +12,6 @@ pub(crate) mod px4_port;
 pub mod router;
 pub mod run_file;
 pub mod state_folder;
-pub mod stuck;
 pub mod tower_key;
 pub mod watchdog;
 pub mod writer;

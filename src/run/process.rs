@@ -34,7 +34,6 @@ use crate::run::first_start::nothing_flies;
 use crate::run::persisted::{self, Persisted};
 use crate::run::px4_port::Px4Port;
 use crate::run::state_folder::FLEET;
-use crate::run::stuck::Turns;
 use crate::run::watchdog::Watched;
 use crate::run::{inputs, state_folder, tower_key};
 use crate::service::Service;
@@ -83,13 +82,6 @@ fn run_process(name: &'static str, services: &[Service], args: &ProcessArgs) -> 
         ));
         return Outcome::BadInput;
     }
-    let turns = match Turns::that_must_go_on(name) {
-        Ok(turns) => turns,
-        Err(failure) => {
-            output::error_line(format_args!("{name}: {failure}"));
-            return failure.outcome();
-        }
-    };
     let inputs = match check_inputs::read_or_tell(&args.settings) {
         Ok(inputs) => inputs,
         Err(outcome) => return outcome,
@@ -111,11 +103,9 @@ fn run_process(name: &'static str, services: &[Service], args: &ProcessArgs) -> 
     let open_timeout = inputs.config.connect_limit_s.seconds();
     let link = Link { connect: args.connect.clone(), scope, open_timeout };
     let stop = Stop::new();
-    turns.wait_for_router(open_timeout);
-    turns.end_with(&stop);
     let result = stop_on_end(&stop, args.exit_with_parent).map_err(Failure::from).and_then(|()| match services {
-        [Service::Gateway] => run_gateway(args, &inputs, tls, &link, &stop, turns),
-        _ => run_on_bus(services, args, &inputs, &link, &stop, turns),
+        [Service::Gateway] => run_gateway(args, &inputs, tls, &link, &stop),
+        _ => run_on_bus(services, args, &inputs, &link, &stop),
     });
     telemetry.end();
     report(name, result)
@@ -127,7 +117,6 @@ fn run_on_bus(
     inputs: &Inputs,
     link: &Link,
     stop: &Stop,
-    turns: Turns,
 ) -> Result<(), Failure> {
     let mut parts = Vec::new();
     for service in services {
@@ -144,7 +133,7 @@ fn run_on_bus(
         nodes.push(Hosted { node: node.as_mut(), direct: direct.take(), nudge: nudge.clone() });
     }
     if let Some((Part { node, nudge }, direct)) = last {
-        watched = Watched::new(node.as_mut(), turns);
+        watched = Watched::new(node.as_mut());
         nodes.push(Hosted { node: &mut watched, direct: direct.take(), nudge: nudge.clone() });
     }
     Ok(Composition { nodes, link, pace, is_only_one: true }.run(stop)?)
@@ -156,7 +145,6 @@ fn run_gateway(
     tls: Option<Encryption>,
     link: &Link,
     stop: &Stop,
-    turns: Turns,
 ) -> Result<(), Failure> {
     let Inputs { config, contingencies, .. } = inputs;
     let access = access::access_control(&args.settings, config.gateway.audit_files.get().into())?;
@@ -165,8 +153,7 @@ fn run_gateway(
     let gateway = Gateway::new(&config.gateway, pace, access, contingencies, move || wake.wake());
     let process = GatewayProcess::bind(gateway, config.http, tls)?;
     output::line(process.url()?);
-    let run =
-        |node: &mut Gateway| Process { pace, nudge, ..Process::of(&mut Watched::new(node, turns), link) }.run(stop);
+    let run = |node: &mut Gateway| Process { pace, nudge, ..Process::of(&mut Watched::new(node), link) }.run(stop);
     Ok(process.run(run)??)
 }
 

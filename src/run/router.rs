@@ -9,7 +9,6 @@ use domain::file::Source;
 use crate::cli::RouterArgs;
 use crate::outcome::Outcome;
 use crate::run::end::stop_on_end;
-use crate::run::stuck::Turns;
 use crate::run::watchdog::Watchdog;
 use crate::{output, telemetry};
 
@@ -17,13 +16,6 @@ use crate::{output, telemetry};
 /// on standard error.
 pub fn router(args: &RouterArgs) -> Outcome {
     output::in_background();
-    let turns = match Turns::that_must_go_on("router") {
-        Ok(turns) => turns,
-        Err(failure) => {
-            output::error_line(format_args!("router: {failure}"));
-            return failure.outcome();
-        }
-    };
     let link = match link_end(args) {
         Ok(link) => link,
         Err(bad) => {
@@ -32,7 +24,7 @@ pub fn router(args: &RouterArgs) -> Outcome {
         }
     };
     let telemetry = telemetry::start("router", "", &telemetry::Config { otlp_endpoint: None });
-    let result = run(args, link.as_ref(), turns);
+    let result = run(args, link.as_ref());
     telemetry.end();
     match result {
         Ok(()) => Outcome::Success,
@@ -43,11 +35,10 @@ pub fn router(args: &RouterArgs) -> Outcome {
     }
 }
 
-fn run(args: &RouterArgs, link: Option<&LinkEnd>, turns: Turns) -> Result<(), String> {
+fn run(args: &RouterArgs, link: Option<&LinkEnd>) -> Result<(), String> {
     let stop = Stop::new();
-    turns.end_with(&stop);
     stop_on_end(&stop, args.exit_with_parent).map_err(|cause| format!("the operating system refuses: {cause}"))?;
-    let mut watchdog = Watchdog::from_environment(turns);
+    let mut watchdog = Watchdog::from_environment();
     let result = run_linked_router(&args.listen, link, &stop, |news| tell(news, &mut watchdog));
     result.map_err(|cause: BusError| cause.to_string())
 }

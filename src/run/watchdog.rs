@@ -1,7 +1,7 @@
 //! Notifications to a supervisor such as systemd: that the process is ready, and that its loop keeps running.
 //!
 //! The loop itself sends them and no other thread does, so they stop when the loop is stuck. Without a supervisor
-//! nothing is sent; [`Turns`] go on counting, for a process that ends itself.
+//! nothing is sent.
 
 use std::time::{Duration, Instant};
 
@@ -11,7 +11,6 @@ use node::{Effect, Event, Node, Token};
 use sd_notify::NotifyState;
 
 use crate::run::notify_socket::NotifySocket;
-use crate::run::stuck::Turns;
 
 /// Number of signs of life within the supervisor's limit.
 const SIGNS: u32 = 4;
@@ -23,7 +22,6 @@ pub struct Watchdog {
     /// The longest time between two signs of life; `None` if the supervisor wants none.
     period: Option<Duration>,
     last_sign: Option<Instant>,
-    turns: Turns,
 }
 
 /// A node whose loop is watched. Its loop turns at least with every heartbeat.
@@ -33,19 +31,18 @@ pub struct Watched<'a> {
 }
 
 impl Watchdog {
-    /// With the supervisor's settings, from the environment; it counts `turns`.
-    pub fn from_environment(turns: Turns) -> Watchdog {
+    /// With the supervisor's settings, from the environment.
+    pub fn from_environment() -> Watchdog {
         let socket = NotifySocket::from_environment().unwrap_or_else(|cause| {
             tracing::warn!(%cause, "the supervisor cannot be notified");
             None
         });
-        Watchdog { socket, period: sd_notify::watchdog_enabled().map(|it| it / SIGNS), last_sign: None, turns }
+        Watchdog { socket, period: sd_notify::watchdog_enabled().map(|it| it / SIGNS), last_sign: None }
     }
 
     /// The loop has completed a turn.
     #[expect(clippy::disallowed_methods, reason = "the supervisor waits on the wall clock")]
     pub fn turned(&mut self) {
-        self.turns.add_one();
         let is_ready_only_now = self.last_sign.is_none();
         let (Some(sign), Some(socket)) = (self.sign(Instant::now()), &self.socket) else { return };
         match socket.notify(&sign) {
@@ -70,9 +67,9 @@ impl Watchdog {
 }
 
 impl<'a> Watched<'a> {
-    /// Watches `node`, and counts its `turns`.
-    pub fn new(node: &'a mut dyn Node, turns: Turns) -> Watched<'a> {
-        Watched { node, watchdog: Watchdog::from_environment(turns) }
+    /// Watches `node`.
+    pub fn new(node: &'a mut dyn Node) -> Watched<'a> {
+        Watched { node, watchdog: Watchdog::from_environment() }
     }
 }
 
@@ -120,7 +117,7 @@ mod tests {
     #[expect(clippy::disallowed_methods, reason = "any moment to begin with")]
     fn check(patience_ms: Option<u64>, turns_ms: &[u64], expected: &str) {
         let period = patience_ms.map(|it| Duration::from_millis(it) / SIGNS);
-        let mut watchdog = Watchdog { socket: None, period, last_sign: None, turns: Turns::default() };
+        let mut watchdog = Watchdog { socket: None, period, last_sign: None };
         let start = Instant::now();
         let said = turns_ms.iter().map(|at| match watchdog.sign(start + Duration::from_millis(*at)) {
             Some(NotifyState::Ready) => 'R',
@@ -149,7 +146,7 @@ mod tests {
         let supervisor = std::os::unix::net::UnixDatagram::bind(&path).unwrap();
         let socket = NotifySocket::at(path.as_os_str()).unwrap();
         while socket.notify(&NotifyState::Watchdog).unwrap() {}
-        let mut watchdog = Watchdog { socket: Some(socket), period: None, last_sign: None, turns: Turns::default() };
+        let mut watchdog = Watchdog { socket: Some(socket), period: None, last_sign: None };
         watchdog.turned();
         assert_eq!(watchdog.last_sign, None);
         let mut bytes = [0; 64];
@@ -183,8 +180,7 @@ mod tests {
     #[test]
     fn a_turn_that_does_not_end_is_no_sign_of_life() {
         let mut stuck = Stuck(0);
-        let turns = Turns::default();
-        let watchdog = Watchdog { socket: None, period: Some(Duration::ZERO), last_sign: None, turns: turns.clone() };
+        let watchdog = Watchdog { socket: None, period: Some(Duration::ZERO), last_sign: None };
         let mut watched = Watched { node: &mut stuck, watchdog };
         let mut signs = Vec::new();
         for _ in 0..3 {
@@ -194,6 +190,5 @@ mod tests {
         }
         assert!(signs[0] < signs[1], "the second turn is a sign");
         assert_eq!(signs[1], signs[2], "the third never ended");
-        assert_eq!(turns.count(), 2, "and counts for nobody");
     }
 }

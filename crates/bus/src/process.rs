@@ -79,7 +79,6 @@ impl Composition<'_> {
     pub fn run(self, stop: &Stop) -> Result<(), BusError> {
         let session = session::open(self.link)?;
         let result = self.run_on(&session, stop);
-        stop.ends();
         // A close that hangs ends with the process.
         let _ = session.close().wait();
         result

@@ -10,8 +10,6 @@ pub struct Stop(Arc<Mutex<State>>);
 struct State {
     stopped: bool,
     on_stop: Vec<Box<dyn FnOnce() + Send>>,
-    has_ended: bool,
-    on_end: Vec<Box<dyn FnOnce() + Send>>,
 }
 
 impl Stop {
@@ -28,28 +26,6 @@ impl Stop {
             std::mem::take(&mut state.on_stop)
         };
         hooks.into_iter().for_each(|hook| hook());
-        self.ends();
-    }
-
-    /// The loop ends, asked for or not.
-    pub(crate) fn ends(&self) {
-        let hooks = {
-            let mut state = self.lock();
-            state.has_ended = true;
-            std::mem::take(&mut state.on_end)
-        };
-        hooks.into_iter().for_each(|hook| hook());
-    }
-
-    /// Calls `hook` once the loop ends, asked for or by itself; at once if it already does. What it holds is not closed yet then.
-    pub fn on_end(&self, hook: impl FnOnce() + Send + 'static) {
-        let mut state = self.lock();
-        if state.has_ended {
-            drop(state);
-            hook();
-        } else {
-            state.on_end.push(Box::new(hook));
-        }
     }
 
     /// Calls `hook` once the end is asked for; at once if it already was.

@@ -106,7 +106,6 @@ pub fn run_linked_router(
     tell(News::Listening(bound));
     let mut watch = Watch::new(link, sender);
     watch.run(&session, &events, &mut tell)?;
-    stop.ends();
     drop(watch);
     if let Some(second) = second {
         let _ = second.close().wait();

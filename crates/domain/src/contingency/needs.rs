@@ -41,7 +41,10 @@ impl Row {
 
     /// Whether it says that the position may be another one than it says.
     pub fn doubts_position(&self) -> bool {
-        let doubts = |it: &Field| *it == Field::HorizontalDeviation || it.says_missing() == Some(Need::Position);
+        let doubts = |it: &Field| match it {
+            Field::HorizontalDeviation | Field::PositionJump => true,
+            it => it.says_missing() == Some(Need::Position),
+        };
         self.when.as_ref().is_some_and(|it| it.fields().iter().any(doubts))
     }
 

@@ -14,6 +14,8 @@ pub(super) const IN_WORDS: &str = "comes down neither in water nor among people 
 const SURE: f64 = 0.03;
 /// So much above the reserve leaves time to wait: what cannot be undone comes last. (ENG: two and a half minutes of hovering.)
 const SLACK: f64 = 0.1;
+/// Of the rows of [`AT_ONCE`], those that still let it reach a place: it has no time to wait.
+const HURRIES: [&str; 2] = ["battery_hot", "vibration_extreme"];
 /// Rows that bring down what cannot fly on, and an operator's orders to land where the vehicle is.
 pub(super) const AT_ONCE: [&str; 14] = [
     "motor_failure",
@@ -39,6 +41,7 @@ pub(super) struct Landing {
     lands: bool,
     /// Somebody else has flown, or the vehicle could not fly anywhere, during the landing.
     excused: bool,
+    hurries: bool,
 }
 
 impl Landing {
@@ -52,10 +55,14 @@ impl Landing {
         }
         let lands = manager.skill() == SkillKind::Land;
         if !lands || !self.lands {
-            (self.choice, self.excused) = (reach.best.clone(), false);
+            (self.choice, self.excused, self.hurries) = (reach.best.clone(), false, false);
         }
         self.lands = lands;
-        self.excused |= !view.heard.flies_itself || AT_ONCE.contains(&manager.acting.as_str());
+        let acting = manager.acting.as_str();
+        // Others may be about to take the place, and it cannot wait for them.
+        let hurries = HURRIES.contains(&acting) && truth.traffic.is_empty();
+        self.hurries |= hurries;
+        self.excused |= !view.heard.flies_itself || AT_ONCE.contains(&acting) && !hurries;
         None
     }
 
@@ -71,7 +78,9 @@ impl Landing {
                 let (away_m, percent) = (position.horizontal_distance_m(truth.position), margin * 100.0);
                 format!("`{place}`, {away_m:.0} m away, was in reach with {percent:.0} % above the reserve")
             }
-            None if reserve + SLACK < truth.charge => format!("{:.0} % were left to wait with", truth.charge * 100.0),
+            None if !self.hurries && reserve + SLACK < truth.charge => {
+                format!("{:.0} % were left to wait with", truth.charge * 100.0)
+            }
             None => return None,
         };
         let (surface, acting, at) = (truth.surface, &view.heard.manager.acting, truth.position);

@@ -218,8 +218,17 @@ fn it_comes_down_in_water_or_among_people_only_where_nothing_else_is_in_reach() 
     closed.flies(9, |it| (it.surface, it.charge) = (Surface::Water, 0.34)).lands().check(&[]);
     // What cannot be undone comes last.
     let mut waits = Story::new();
-    waits.areas = vec![Area::new("A", AreaKind::KeepOut, ring.map(|(n, e)| Ned::new(n, e, 0.0)).to_vec())];
+    let keep_out = || vec![Area::new("A", AreaKind::KeepOut, ring.map(|(n, e)| Ned::new(n, e, 0.0)).to_vec())];
+    waits.areas = keep_out();
     waits.flies(9, |it| it.surface = Surface::Water).lands().check(&[Rule::Landing]);
+    // A hot battery reaches a place that is open, and waits for none.
+    let hot = |areas: Vec<Area>| {
+        let mut hot = Story { areas, ..Story::new() };
+        hot.manager.acting = "battery_hot".into();
+        hot.flies(9, |it| it.surface = Surface::People).lands()
+    };
+    hot(Vec::new()).check(&[Rule::Landing]);
+    hot(keep_out()).check(&[]);
     let mut ordered = Story::new();
     ordered.manager.acting = "operator_land".into();
     ordered.flies(9, |it| it.surface = Surface::Water).lands().check(&[]);

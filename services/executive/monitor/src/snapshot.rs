@@ -42,6 +42,7 @@ pub(crate) fn snapshot(sources: &Sources, now: Time) -> Snapshot {
             Field::WindSpeed => {
                 snapshot.set(field, sources.wind(now).map(|it| it.north_m_s.hypot(it.east_m_s)));
             }
+            Field::AirspeedLeft => snapshot.set(field, outlook.airspeed_left_m_s),
             Field::Gust => snapshot.set(field, sources.gust_m_s(now)),
             Field::ClosestApproach => snapshot.set(field, sources.closest_approach_m(now, TrafficKind::Crewed)),
             Field::UncrewedApproach => snapshot.set(field, sources.closest_approach_m(now, TrafficKind::Uncrewed)),

@@ -68,6 +68,7 @@ pub const fn reach(field: Field) -> Reach {
         Field::FlightTime => number(0.0, 300.0, 0.0, 36_000.0, Hazard),
         // WMO: 33 m/s is a hurricane.
         Field::WindSpeed => measured(3.0, 0.0, 33.0),
+        Field::AirspeedLeft => number(12.0, 12.0, -30.0, 50.0, Shown(Field::WindSpeed)),
         Field::Gust => measured(4.0, 0.0, 45.0),
         Field::ClosestApproach | Field::UncrewedApproach | Field::VesselApproach => {
             measured(NO_TRAFFIC_M, 0.0, NO_TRAFFIC_M)
@@ -120,6 +121,7 @@ pub const fn may_be_missing(field: Field) -> bool {
             | Field::BatteryTemperature
             | Field::Vibration
             | Field::WindSpeed
+            | Field::AirspeedLeft
             | Field::Gust
             | Field::ClosestApproach
             | Field::UncrewedApproach

@@ -51,14 +51,17 @@ impl World {
             places.max_by(|a, b| a.margin_wh.total_cmp(&b.margin_wh))
         };
         let hover_w = energy.hover_wh(HOUR_S, self.wind());
+        let wind = match self.wind() {
+            Wind::Towards { north_m_s, east_m_s } => Some(v1::WindEstimate { north_m_s, east_m_s }),
+            Wind::Against(_) => None,
+        };
+        let airspeed_m_s = self.setup.limits.config.airspeed_m_s.get();
         Some(v1::EnergyOutlook {
             charge_wh: budget.charge_wh,
             usable_wh: budget.usable_wh,
             consumption: self.seen.consumption.ratio(),
-            wind: match self.wind() {
-                Wind::Towards { north_m_s, east_m_s } => Some(v1::WindEstimate { north_m_s, east_m_s }),
-                Wind::Against(_) => None,
-            },
+            wind,
+            airspeed_left_m_s: wind.map(|_| airspeed_m_s - self.wind().speed_m_s()),
             endurance_s: budget.usable_wh / hover_w * HOUR_S,
             turn_home_s: home.as_ref().map(|it| it.margin_wh.max(0.0) / self.leaving_home_w() * HOUR_S),
             best: nearest(false).or_else(|| nearest(true)),

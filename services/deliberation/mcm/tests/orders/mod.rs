@@ -356,6 +356,15 @@ fn the_pilot_in_command_may_override_what_may_be_overridden() {
 }
 
 #[test]
+fn the_same_order_is_refused_if_it_overrides_as_much_as_before() {
+    let abort = |overrides| Verb::Abort(v1::AbortMission { overrides });
+    for (first, second) in [(false, false), (false, true), (true, false), (true, true)] {
+        let mut rig = ordered(abort(first));
+        assert_eq!(rig.command(abort(second)).done, first != second, "{first}, then {second}");
+    }
+}
+
+#[test]
 fn an_override_does_not_outlast_what_it_has_overridden() {
     let (mut rig, _) = under_way();
     rig.flag("battery_low", true);
