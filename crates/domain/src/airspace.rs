@@ -67,7 +67,7 @@ impl Motion {
     /// How far beside the straight way from `from` to `to` it may end, in metres: a load as far aside as it falls. (The 1-to-1 rule for a
     /// ground risk buffer, JARUS SORA 2.0, Annex B.)
     pub fn scatter_m(&self, from: Ned, to: Ned) -> f64 {
-        if self.is_load { from.distance_m(to) } else { 0.0 }
+        if self.is_load { from.distance_m(to) } else { drift_m(from, to) }
     }
 }
 
@@ -139,26 +139,39 @@ pub struct Stay {
 
 /// A way that leads no farther over ground is straight up or down, in metres: a vehicle holds its place as well.
 pub(crate) const STRAIGHT_UP_M: f64 = 1.0;
+/// A vehicle that climbs or descends straight is carried aside no farther than this, in metres. (ENG: the position skill's tolerance plus a
+/// landing's drift in wind.)
+const DRIFT_M: f64 = 3.0;
 
 /// The parts of the straight way from `from` to `to` that lie inside `area`, heights within `vertical_margin_m` of its
-/// floor and ceiling included. Along the border is not inside. A way that leads over ground and up or down counts at all heights
-/// between its ends: an autopilot need not climb evenly. (PX4 limits the speeds over ground and upwards each by itself.)
+/// floor and ceiling included. Along the border is not inside, but straight up or down within 3 m of it is. A way that leads over ground and
+/// up or down counts at all heights between its ends: an autopilot need not climb evenly. (PX4 limits the speeds over ground and upwards
+/// each by itself.)
 pub fn stays(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Vec<Stay> {
-    match area.is_beside(from, to) {
+    match area.is_beyond(drift_m(from, to), from, to) {
         true => Vec::new(),
         false => stays_within(area, &Outline::new(area), from, to, vertical_margin_m),
     }
 }
 
+/// How far aside of the way the vehicle may be carried.
+pub(crate) fn drift_m(from: Ned, to: Ned) -> f64 {
+    let over_ground_m = from.horizontal_distance_m(to);
+    let is_straight_up = over_ground_m <= STRAIGHT_UP_M && over_ground_m < from.distance_m(to);
+    if is_straight_up { DRIFT_M } else { 0.0 }
+}
+
 /// The same for an area whose outline is known.
 pub fn stays_within(area: &Area, outline: &Outline, from: Ned, to: Ned, vertical_margin_m: f64) -> Vec<Stay> {
     let (lowest, highest) = heights_within(area, from, to, vertical_margin_m);
-    if highest < lowest || outline.is_beyond(0.0, from, to) {
+    let drift_m = drift_m(from, to);
+    if highest < lowest || outline.is_beyond(drift_m, from, to) {
         return Vec::new();
     }
     let mut found: Vec<Stay> = Vec::new();
     for stretch in outline.crossings(from, to).windows(2) {
-        if !outline.covers(from.towards(to, (stretch[0] + stretch[1]) / 2.0)) {
+        let middle = from.towards(to, (stretch[0] + stretch[1]) / 2.0);
+        if !outline.covers(middle) && drift_m <= outline.distance_to_border_m(middle) {
             continue;
         }
         let stay = Stay { enters: stretch[0].max(lowest), leaves: stretch[1].min(highest) };
@@ -349,8 +362,12 @@ pub(crate) mod tests {
         // On a slant at any height between.
         check(&square, at(0.0, 150.0), at(400.0, 50.0), &[(0.25, 0.75)]);
         check(&square, at(0.0, 150.0), at(400.0, 101.0), &[]);
-        // Along the border is not inside.
+        // Along the border is not inside; straight up so near to it is.
         check(&square, Ned::new(90.0, 0.0, -10.0), Ned::new(90.0, 400.0, -10.0), &[]);
+        check(&square, at(100.0, 0.0), at(100.0, 20.0), &[(0.0, 1.0)]);
+        check(&square, at(97.5, 20.0), at(97.5, 0.0), &[(0.0, 1.0)]);
+        check(&square, at(96.5, 20.0), at(96.5, 0.0), &[]);
+        check(&square, at(99.0, 20.0), at(99.0, 20.0), &[]);
         // A horseshoe is entered twice.
         let horseshoe = area(
             "U",

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree, RTreeObject, SelectionFunction};
 
-use crate::airspace::Airspace;
+use crate::airspace::{Airspace, drift_m};
 use crate::area::Area;
 use crate::corners::{GrownRing, grown};
 use crate::geometry::Ned;
@@ -100,7 +100,7 @@ impl AreaMap {
 
     /// The areas that the straight way may touch, in the mission's order.
     pub fn along(&self, from: Ned, to: Ned) -> Vec<usize> {
-        let mut found: Vec<usize> = self.near(from, to, 0.0).collect();
+        let mut found: Vec<usize> = self.near(from, to, drift_m(from, to)).collect();
         found.sort_unstable();
         found
     }
