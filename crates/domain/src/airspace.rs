@@ -171,7 +171,7 @@ pub fn stays_within(area: &Area, outline: &Outline, from: Ned, to: Ned, vertical
     let mut found: Vec<Stay> = Vec::new();
     for stretch in outline.crossings(from, to).windows(2) {
         let middle = from.towards(to, (stretch[0] + stretch[1]) / 2.0);
-        if !outline.covers(middle) && drift_m <= outline.distance_to_border_m(middle) {
+        if !(outline.covers(middle) || 0.0 < drift_m && outline.distance_to_border_m(middle) < drift_m) {
             continue;
         }
         let stay = Stay { enters: stretch[0].max(lowest), leaves: stretch[1].min(highest) };
