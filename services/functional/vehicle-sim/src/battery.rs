@@ -81,6 +81,12 @@ impl Battery {
         self.config.idle_w.get()
     }
 
+    /// How many times what they should the cells give to hover: the losses grow with the square of the current.
+    pub(crate) fn strain(&self) -> f64 {
+        let hover_w = self.config.hover_w.get();
+        self.current_for_a(self.drain * hover_w) / self.current_for_a(hover_w)
+    }
+
     /// Gives `power_w` for `dt_s`.
     pub(crate) fn step(&mut self, power_w: f64, dt_s: f64) {
         if self.is_empty() {
@@ -158,6 +164,14 @@ mod tests {
         assert!(rest_v - battery.voltage_v() > 0.5);
         battery.step(battery.idle_power_w(), 0.1);
         assert!(rest_v - battery.voltage_v() < 0.1);
+    }
+
+    #[test]
+    fn more_current_costs_more_than_its_share() {
+        let mut battery = Battery::new(shipped::config().battery);
+        assert_eq!(battery.strain(), 1.0);
+        battery.drain = 3.0;
+        assert!((3.1..6.0).contains(&battery.strain()), "{}", battery.strain());
     }
 
     #[test]

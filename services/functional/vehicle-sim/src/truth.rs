@@ -27,7 +27,7 @@ pub struct Truth {
     pub wind: NedVelocity,
     /// Of the battery, 0 to 1.
     pub charge: f64,
-    /// How many times what they should the motors take.
+    /// How many times what they should the cells give, the battery's losses included.
     pub drain: f64,
     /// Whether the gripper holds a load.
     pub holds_load: bool,
@@ -56,7 +56,7 @@ impl VehicleSim {
             collisions: body.collisions,
             wind: ned_velocity(self.vehicle.wind.mean()),
             charge: self.vehicle.battery.remaining(),
-            drain: self.vehicle.battery.drain,
+            drain: self.vehicle.battery.strain(),
             holds_load: self.vehicle.gripper.report() == domain::fmu::Gripper::Holding,
             traffic: self.traffic.reports(now).collect(),
         }
