@@ -123,8 +123,10 @@ fn an_area_that_was_denied_by_hand_stays_denied_after_the_tower_was_killed() {
 
 #[test]
 fn a_vehicle_inside_is_made_to_leave_by_a_tower_that_was_killed_meanwhile() {
-    // In real time it is over A for long enough to be paused there on a crowded machine.
-    let flight = Flight::start(&["--speed", "1"]);
+    // In real time it is over A for long enough to be paused there on a crowded machine, on which the hung tower is not killed either
+    // before its ledger is looked at.
+    let files = Files::shipped().with("kittiwake.toml", "hung_after_s = 3.0", "hung_after_s = 60.0");
+    let flight = Flight::start(&["--config", files.config().to_str().expect("a readable path"), "--speed", "1"]);
     flight.wait_until("the vehicle over A", |it| is_over_a(it, 30.0));
     flight.done("vehicle pause");
     let before = flight.wait_until("the pause over A", |it| it["operator"]["paused"] == true);
