@@ -144,7 +144,7 @@ pub(crate) const STRAIGHT_UP_M: f64 = 1.0;
 const DRIFT_M: f64 = 3.0;
 
 /// The parts of the straight way from `from` to `to` that lie inside `area`, heights within `vertical_margin_m` of its
-/// floor and ceiling included. Along the border is not inside, but straight up or down within 3 m of it is. A way that leads over ground and
+/// floor and ceiling included. Along the border is not inside, but straight up or down within 3 m is. A way that leads over ground and
 /// up or down counts at all heights between its ends: an autopilot need not climb evenly. (PX4 limits the speeds over ground and upwards
 /// each by itself.)
 pub fn stays(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Vec<Stay> {
@@ -154,7 +154,7 @@ pub fn stays(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Vec<Sta
     }
 }
 
-/// How far aside of the way the vehicle may be carried.
+/// How far beside the way the vehicle may be carried.
 pub(crate) fn drift_m(from: Ned, to: Ned) -> f64 {
     let over_ground_m = from.horizontal_distance_m(to);
     let is_straight_up = over_ground_m <= STRAIGHT_UP_M && over_ground_m < from.distance_m(to);
