@@ -20,6 +20,8 @@ const COLLISION_M: (f64, f64) = (152.0, 30.0);
 const WELL_CLEAR_M: (f64, f64) = (610.0, 76.0);
 /// Who is warned for that long can be elsewhere: 10 m/s sideways make 400 m, 1.5 m/s downwards 60 m.
 const WARNED: Duration = Duration::from_secs(40);
+/// A takeoff that has begun lifts off within this. (ENG: two reports, the second for which the row waits, and the motors.)
+const NOTICED: Duration = Duration::from_secs(4);
 /// How far ahead a takeoff must be clear. (The monitor's `AHEAD_S`.)
 const AHEAD_S: f64 = 60.0;
 /// A ship's length, or a rotor's wash; what a landing is off by.
@@ -31,6 +33,8 @@ const PARKED: (f64, f64) = (0.5, 5.0);
 #[derive(Debug, Default)]
 pub(super) struct Separation {
     others: BTreeMap<String, Other>,
+    /// Since when a crewed aircraft has been on its way to where the vehicle stands.
+    coming: BTreeMap<String, Time>,
     well_clear_lost: u32,
 }
 
@@ -66,10 +70,14 @@ impl Separation {
         }
         if truth.standing {
             self.others.clear();
+            let before = std::mem::take(&mut self.coming);
+            let since = |it: &TransponderReport| before.get(&it.id).copied().unwrap_or(now);
+            let coming = crewed(truth).filter(|it| comes_near(it, truth));
+            self.coming = coming.map(|it| (it.id.clone(), since(it))).collect();
             return None;
         }
         if view.lifted_off()
-            && let Some(it) = crewed(truth).find(|it| comes_near(it, truth))
+            && let Some(it) = crewed(truth).find(|it| self.is_noticed(it, now) && comes_near(it, truth))
         {
             return Some(format!(
                 "it took off while `{}` was on its way here, {:.0} m away",
@@ -78,6 +86,10 @@ impl Separation {
             ));
         }
         truth.traffic.iter().filter_map(|it| self.meets(now, it, truth)).next().filter(|_| view.heard.flies_itself)
+    }
+
+    fn is_noticed(&self, it: &TransponderReport, now: Time) -> bool {
+        self.coming.get(&it.id).is_some_and(|since| *since + NOTICED < now)
     }
 
     fn meets(&mut self, now: Time, it: &TransponderReport, truth: &Truth) -> Option<String> {

@@ -131,15 +131,18 @@ fn traffic_that_was_reported_is_kept_away_from() {
 
 #[test]
 fn it_takes_off_into_nobodys_way_and_lands_on_nobody() {
-    let takes_off = |traffic: TransponderReport| {
+    let takes_off_after = |seconds: u64, traffic: TransponderReport| {
         let mut story = Story::new();
         (story.truth.standing, story.truth.traffic) = (true, vec![traffic]);
-        story.see();
+        let mut story = story.flies(seconds, |_| {});
         story.truth.standing = false;
         story.see();
         story
     };
+    let takes_off = |traffic| takes_off_after(6, traffic);
     takes_off(other(TrafficKind::Crewed, 1500.0, -30.0)).check(&[Rule::Separation]);
+    // The takeoff had begun.
+    takes_off_after(3, other(TrafficKind::Crewed, 1500.0, -30.0)).check(&[]);
     takes_off(other(TrafficKind::Crewed, 1500.0, 30.0)).check(&[]);
     // It is parked beside it.
     let parked = TransponderReport { position: Ned::new(30.0, 100.0, 0.0), ..other(TrafficKind::Crewed, 0.0, 0.0) };
