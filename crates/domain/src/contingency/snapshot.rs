@@ -95,7 +95,7 @@ fields! {
     FlightTime "flight.time_s" number(Unit::SECOND, 0.0, 1_000_000.0);
     /// Speed of the wind as the autopilot estimates it, averaged over some seconds.
     WindSpeed "wind.speed_m_s" number(Unit::METRE_PER_SECOND, 0.0, 100.0);
-    /// What that wind leaves of the vehicle's airspeed; less than 0: it is blown away. Known in flight.
+    /// The vehicle's airspeed less that wind: below 0 it is blown away. Known in flight.
     AirspeedLeft "wind.airspeed_left_m_s" number(Unit::METRE_PER_SECOND, -100.0, 100.0);
     /// The strongest wind of the last minute, each averaged over three estimates.
     Gust "wind.gust_m_s" number(Unit::METRE_PER_SECOND, 0.0, 100.0);

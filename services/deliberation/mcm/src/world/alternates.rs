@@ -155,7 +155,7 @@ impl World {
         to_divert_to(&self.ranked_alternates()).into_iter().map(Choice::of).collect()
     }
 
-    /// The nearest landing to which there is no way now and may be one in time: what a response waits for that can go nowhere else.
+    /// The nearest landing that has no way now and may have one in time. A response that can go nowhere else waits for it.
     pub(crate) fn nearest_closed_landing(&self) -> Option<Ned> {
         let here = self.seen.vehicle?.position;
         let is_landing = |it: &&Alternate| it.candidate.kind == SiteKind::Landing && it.failed_landings == 0;
