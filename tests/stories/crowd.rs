@@ -119,7 +119,7 @@ fn many_streams_and_one_that_never_reads_do_not_delay_the_mission() {
     let most = raise_socket_limit();
     assert!(clients as u64 + 200 < most, "this needs {clients} sockets, the system allows {most}");
     let files = files();
-    let system = System::up(&["--config", files.config().to_str().unwrap(), "--speed", "3"], &[]);
+    let system = System::up(&["--config", files.config().to_str().unwrap(), "--speed", "2"], &[]);
     system.wait_for(" is up: ");
     let (tap, heard) = listen(&system);
     let http = system.http();

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use serde_json::Value;
 
-use super::{LIMIT, System};
+use super::{LIMIT, System, wait_for};
 
 /// The gateway of a system, with the token of its link.
 pub struct Http {
@@ -44,6 +44,15 @@ impl Http {
         let text = String::from_utf8_lossy(&answer.body);
         assert_eq!(answer.status, 200, "{path}: {text}");
         serde_json::from_str(&text).unwrap_or_else(|error| panic!("{path}: {error} in {text}"))
+    }
+
+    /// Waits until the gateway's health tells a problem in these words.
+    #[track_caller]
+    pub fn wait_for_problem(&self, words: &str) {
+        wait_for(&format!("the health to tell `{words}`"), || {
+            let health = self.json("/healthz");
+            (health["status"] == "degraded" && health["problems"].to_string().contains(words)).then_some(())
+        });
     }
 
     /// The head of a request; `more` are lines that end with `\r\n`.
