@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use domain::area::{Area, AreaKind};
 use domain::energy::EnergyModel;
-use domain::fmu::Status;
+use domain::fmu::{FlightMode, Status};
 use domain::geometry::Ned;
 use domain::harm::Ground;
 use domain::time::{Now, Time};
@@ -138,7 +138,7 @@ const LEAVING_M_S: f64 = 1.0;
 /// How long what must not last may take, in mission time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// A takeoff that was under way when a flag rose may still lift off within this time.
+    /// A takeoff that was under way when a flag rose, or a permission was withdrawn, may still lift off within this time.
     pub under_way: Duration,
     /// In the air after the end of the mission without a response. (A landing is seen by the land detector once a second.)
     pub without_response: Duration,
@@ -328,8 +328,10 @@ impl Witness {
             v1::PermissionState::Granted => drop(self.withdrawn.remove(area)),
             // An expiry is known before.
             v1::PermissionState::Denied | v1::PermissionState::Revoked if was_valid => {
-                let known_by = now.time.max(self.disturbed_until) + self.limits.heeds;
-                self.withdrawn.insert(area.clone(), known_by);
+                let mode = self.status.as_ref().filter(|it| it.armed).map(|it| it.actual);
+                let takes_off = !self.flies() && mode == Some(Some(FlightMode::Takeoff));
+                let heeds = if takes_off { self.limits.heeds.max(self.limits.under_way) } else { self.limits.heeds };
+                self.withdrawn.insert(area.clone(), now.time.max(self.disturbed_until) + heeds);
             }
             _ => {}
         }

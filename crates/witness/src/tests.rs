@@ -170,6 +170,40 @@ fn a_permission_that_is_withdrawn_counts_once_the_vehicle_can_know_it() {
     check(5, Revoked, &[(14, 20), (20, 20)], 41, &["entered 41"]);
 }
 
+/// The autopilot takes a moment to stop, and a land detector to notice.
+#[test]
+fn a_takeoff_under_way_may_still_lift_off_when_its_permission_is_withdrawn() {
+    #[track_caller]
+    fn check(mode: v1::FlightMode, lifts_off_s: u64, expected: &[&str]) {
+        let corner = |(north_m, east_m)| Ned::new(north_m, east_m, 0.0);
+        let square = [(-5.0, -5.0), (5.0, -5.0), (5.0, 5.0), (-5.0, 5.0)].map(corner);
+        let area = Area::new("A", AreaKind::Permission, square.to_vec());
+        let extent = Some(area.extent().into());
+        let mut witness = Witness::default().expecting(vec![area]);
+        for second in 0..20 {
+            let now = Now { time: Time::after(Duration::from_secs(second)), utc_ms: 0 };
+            let (area, state) = ("A".into(), if second < 10 { Granted } else { Revoked } as i32);
+            let permission =
+                v1::Permission { area, state, expires_utc_ms: 900, extent: extent.clone(), ..Default::default() };
+            let (actual_mode, timestamp_us) = (mode as i32, second);
+            let intended_mode = actual_mode;
+            let status =
+                v1::VehicleStatus { armed: true, actual_mode, intended_mode, timestamp_us, ..Default::default() };
+            witness.take_in(now, &status.into());
+            witness.take_in(now, &v1::PermissionLedger { permissions: vec![permission], ..Default::default() }.into());
+            let down_m = if second < lifts_off_s { 0.0 } else { -10.0 };
+            let position = Some(v1::Ned { down_m, ..Default::default() });
+            witness.take_in(now, &v1::VehicleLocalPosition { position, ..Default::default() }.into());
+        }
+        let said: Vec<String> = witness.breaches().iter().map(Breach::what).collect();
+        assert_eq!(said, expected);
+    }
+    let entered = "it entered area A without a permission: Revoked";
+    check(v1::FlightMode::Takeoff, 12, &[]);
+    check(v1::FlightMode::Takeoff, 13, &[entered]);
+    check(v1::FlightMode::Loiter, 12, &[entered]);
+}
+
 #[test]
 fn a_grant_for_another_area_of_the_name_lets_nobody_in() {
     #[track_caller]
