@@ -132,6 +132,7 @@ fn orders_pass_a_narrow_link_and_none_is_lost() {
             eprintln!("    {:24} {rate:5.2} Hz of {size} bytes", topic.key());
         }
         assert!(down < 20_000.0, "{name}: {down:.0} B/s");
+        wait_for("the tree", || arrivals.0.lock().unwrap().contains_key(&Topic::TreeSnapshot).then_some(()));
         drop(tap);
         all_arrive(&deployment, 40);
         assert_ne!(answered(&deployment, 20), 0, "{name}: no order was answered by the vehicle");

@@ -1,25 +1,66 @@
-//! The tree for operators: every node in preorder, those of held trees below their leaf.
+//! The tree for operators, as far as it says something: nodes in preorder, those of held trees below their leaf.
 //!
-//! Made at the reporting rate only: it allocates for every node.
+//! Of nearly two thousand nodes a dozen run at a time, and the whole tree is too large for a narrow link. Below a node that is idle, and has no
+//! reason to tell of, nothing is sent but the number of nodes there.
 
 use std::time::Duration;
 
-use behavior_tree::Tree;
+use behavior_tree::{NodeStatus, NodeView, Tree};
 use kittiwake_proto::v1;
 
 /// The tree with its statuses and the reasons of failures; `now` on the clock of its ticks.
 pub(crate) fn snapshot<World>(tree: &Tree<World>, now: Duration) -> v1::TreeSnapshot {
-    let mut nodes = Vec::with_capacity(tree.len());
+    let mut nodes = Vec::new();
     append(tree, 0, now, &mut nodes);
     v1::TreeSnapshot { nodes }
 }
 
+/// What a node and all below it come to.
+#[derive(Clone, Copy)]
+struct Branch {
+    nodes: u32,
+    /// One of them is not idle, or has a reason to tell of.
+    speaks: bool,
+}
+
+/// One for each node of `tree`, in preorder.
+fn branches<World>(tree: &Tree<World>) -> Vec<Branch> {
+    let own = |it: NodeView<'_>| {
+        let mut branch = Branch { nodes: 1, speaks: it.status != NodeStatus::Idle || it.why.is_some() };
+        if let Some(held) = tree.held_by(it.id).and_then(|held| branches(held).first().copied()) {
+            branch.add(held);
+        }
+        branch
+    };
+    let mut branches: Vec<Branch> = tree.nodes().map(own).collect();
+    let parents: Vec<_> = tree.nodes().map(|it| it.parent).collect();
+    for (node, parent) in parents.iter().enumerate().rev() {
+        if let Some(parent) = parent {
+            let branch = branches[node];
+            branches[parent.index()].add(branch);
+        }
+    }
+    branches
+}
+
+impl Branch {
+    fn add(&mut self, below: Branch) {
+        self.nodes += below.nodes;
+        self.speaks |= below.speaks;
+    }
+}
+
 fn append<World>(tree: &Tree<World>, depth: u32, now: Duration, nodes: &mut Vec<v1::TreeNode>) {
-    // The index of each node of this tree, so that its children find its depth: held trees lie in between.
-    let mut places: Vec<usize> = Vec::with_capacity(tree.len());
+    let branches = branches(tree);
+    // The depth of each node of this tree.
+    let mut depths: Vec<u32> = Vec::with_capacity(tree.len());
     for view in tree.nodes() {
-        let depth = view.parent.map_or(depth, |parent| nodes[places[parent.index()]].depth + 1);
-        places.push(nodes.len());
+        let depth = view.parent.map_or(depth, |parent| depths[parent.index()] + 1);
+        depths.push(depth);
+        if view.parent.is_some_and(|parent| !branches[parent.index()].speaks) {
+            continue;
+        }
+        let Branch { nodes: all, speaks } = branches[view.id.index()];
         nodes.push(v1::TreeNode {
             depth,
             kind: view.tag.to_owned(),
@@ -28,8 +69,9 @@ fn append<World>(tree: &Tree<World>, depth: u32, now: Duration, nodes: &mut Vec<
             reason: view.why.map(|it| it.cause.to_string()).unwrap_or_default(),
             failed_ago_s: view.why.map(|it| now.saturating_sub(it.at).as_secs_f64()),
             uid: view.id.index() as u32 + 1,
+            folded: if speaks { 0 } else { all - 1 },
         });
-        if let Some(held) = tree.held_by(view.id) {
+        if let Some(held) = tree.held_by(view.id).filter(|_| speaks) {
             append(held, depth + 1, now, nodes);
         }
     }
@@ -59,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn depths_count_through_included_and_held_trees_and_numbers_are_those_of_groot2() {
+    fn what_says_something_is_sent_with_the_numbers_of_groot2_and_the_rest_is_counted() {
         let held = r#"<BehaviorTree ID="held"><Sequence name="inside"><Sleep msec="9000"/></Sequence></BehaviorTree>"#;
         let held = load(&Registry::new(), held);
         let mut registry = Registry::new();
@@ -76,11 +118,16 @@ mod tests {
         let mut tree = library.instantiate("main", &[]).unwrap_or_else(|error| panic!("{error}"));
         let begun = Duration::from_secs(10);
         assert_eq!(tree.tick_once(begun, &mut ()), Status::Running);
-        let lines: Vec<String> = snapshot(&tree, begun + Duration::from_secs(2))
-            .nodes
-            .iter()
-            .map(|it| format!("{}{} {} {}", "  ".repeat(it.depth as usize), it.uid, it.name, it.status))
-            .collect();
+        #[track_caller]
+        fn check(tree: &Tree<()>, now: Duration, expected: &[&str]) {
+            let line = |it: &v1::TreeNode| {
+                let folded = if it.folded == 0 { String::new() } else { format!(" +{}", it.folded) };
+                format!("{}{} {} {}{folded}", "  ".repeat(it.depth as usize), it.uid, it.name, it.status)
+            };
+            assert_eq!(snapshot(tree, now).nodes.iter().map(line).collect::<Vec<_>>(), expected);
+        }
+        let idle = library.instantiate("main", &[]).unwrap_or_else(|error| panic!("{error}"));
+        check(&idle, begun, &["1 top IDLE +8"]);
         let expected = [
             "1 top RUNNING",
             "  2 included FAILURE",
@@ -92,7 +139,7 @@ mod tests {
             "      2 Sleep RUNNING",
             "  7 last IDLE",
         ];
-        assert_eq!(lines, expected);
+        check(&tree, begun + Duration::from_secs(2), &expected);
         let never = &snapshot(&tree, begun + Duration::from_secs(2)).nodes[3];
         assert_eq!((never.reason.as_str(), never.failed_ago_s), ("`1 > 2` is false (compared 1 with 2)", Some(2.0)));
         let xml = tree.to_document().to_xml();

@@ -39,7 +39,11 @@ pub(super) fn invariant(world: &World, ports: &mut Ports<'_>) -> Result<bool, Le
     if world.touches_down() {
         return Ok(true);
     }
-    let breach = || world.breach_ahead().map(|it| it.to_string());
+    // Until it has lifted off, what had to be true before the step still has to be.
+    let breach = || match world.is_on_ground() {
+        true => world.breach_of_present_step().map(|it| it.to_string()),
+        false => world.breach_ahead().map(|it| it.to_string()),
+    };
     let unmet = world.unmet_invariant(&condition.0).or_else(breach);
     unless(unmet.map(|it| format!("invariant not met: {it}")), ports)
 }

@@ -2,7 +2,7 @@
 
 use domain::skill::Goal;
 use kittiwake_proto::v1;
-use kittiwake_proto::v1::FlightMode::{Loiter, Offboard};
+use kittiwake_proto::v1::FlightMode::{Loiter, Offboard, Takeoff};
 use kittiwake_proto::v1::PermissionState::{self, Denied, Granted, Revoked};
 use kittiwake_proto::v1::SkillOutcome::Succeeded;
 
@@ -175,4 +175,19 @@ fn no_takeoff_begins_by_a_permission_that_is_only_remembered() {
     check(false, "start takeoff 10");
     let refused = "precondition not met: area A would be entered at (0, 0, 3) without permission";
     check(true, &format!("replan after 1 ({refused}) []"));
+}
+
+/// The motors spool up for seconds: until it has lifted off, the vehicle can stay.
+#[test]
+fn a_takeoff_is_given_up_before_it_has_lifted_off_when_the_area_above_is_revoked() {
+    let mut rig = Rig::new();
+    rig.mission(above_the_pad());
+    decide(&mut rig, &[("A", Granted, 1000.0, 1)]);
+    rig.plan(plan(&[step(1, Goal::Takeoff { climb_m: 10.0 }, &[])]));
+    rig.execute();
+    rig.vehicle(false, Takeoff, (0.0, 0.0, 0.0));
+    rig.story();
+    decide(&mut rig, &[("A", Revoked, 0.0, 2)]);
+    let revoked = "invariant not met: area A would be entered at (0, 0, 3) without permission";
+    assert_eq!(rig.story(), format!("replan after 1 ({revoked}) []\ncancel skill 1"));
 }
