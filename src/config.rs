@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use control_tower::policy::Policy;
+use domain::aircraft::{Aircraft, Flight};
 use domain::energy::EnergyModel;
 use domain::quantity::Seconds;
 use domain::time::Pace;
@@ -48,6 +49,8 @@ pub struct Config {
     pub skill_manager: skill_manager::config::Config,
     /// Rates, and the rules that raise flags.
     pub monitor: monitor::config::Config,
+    /// How the aircraft flies.
+    pub flight: Flight,
     /// What a flight takes out of the battery.
     pub energy: EnergyModel,
     /// How objectives become plans.
@@ -58,6 +61,13 @@ pub struct Config {
     pub control_tower: control_tower::config::Config,
     /// HTTP for operators, and recordings.
     pub gateway: gateway::config::Config,
+}
+
+impl Config {
+    /// Of both of its sections.
+    pub fn aircraft(&self) -> Aircraft {
+        Aircraft { flight: self.flight, energy: self.energy }
+    }
 }
 
 /// A vehicle's name: one part of a key, so it has no characters with a meaning in keys.

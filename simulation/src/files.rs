@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use domain::aircraft::{Aircraft, Flight};
 use domain::contingency::Contingencies;
 use domain::energy::EnergyModel;
 use domain::file::{Mistake, Mistakes, Source};
@@ -29,7 +30,7 @@ pub(crate) struct Files {
     pub(crate) skill_manager: skill_manager::config::Config,
     pub(crate) monitor: monitor::config::Config,
     pub(crate) planner: planner::config::Config,
-    pub(crate) energy: EnergyModel,
+    pub(crate) aircraft: Aircraft,
     pub(crate) control_tower: control_tower::config::Config,
     /// Whether somebody reads the tree that the mission manager publishes.
     pub(crate) shows_tree: bool,
@@ -45,6 +46,7 @@ struct Sections {
     skill_manager: skill_manager::config::Config,
     monitor: monitor::config::Config,
     planner: planner::config::Config,
+    flight: Flight,
     energy: EnergyModel,
     mcm: mcm::config::Config,
     control_tower: control_tower::config::Config,
@@ -108,7 +110,7 @@ impl Files {
             skill_manager: sections.skill_manager,
             monitor: sections.monitor,
             planner: sections.planner,
-            energy: sections.energy,
+            aircraft: Aircraft { flight: sections.flight, energy: sections.energy },
             control_tower: sections.control_tower,
             shows_tree: true,
         })
@@ -122,10 +124,11 @@ impl Files {
     /// The same for another vehicle and another pace.
     pub(crate) fn manager_of(&self, vehicle: &str, instance: u64, pace: Pace) -> Result<Mcm, Mistakes> {
         let table = self.contingencies.clone();
-        let mcm = Mcm::new(&self.mcm, &self.energy, vehicle, instance, &self.trees, table, pace).map_err(|error| {
-            let message = error.to_string();
-            Mistakes(vec![Mistake { path: self.trees_path.clone(), place: None, message, help: String::new() }])
-        })?;
+        let mcm =
+            Mcm::new(&self.mcm, &self.aircraft, vehicle, instance, &self.trees, table, pace).map_err(|error| {
+                let message = error.to_string();
+                Mistakes(vec![Mistake { path: self.trees_path.clone(), place: None, message, help: String::new() }])
+            })?;
         Ok(if self.shows_tree { mcm } else { mcm.without_its_tree() })
     }
 

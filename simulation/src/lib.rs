@@ -292,7 +292,7 @@ impl Simulation<'_> {
             let manager = manager.of_mission(&mission);
             (manager.that_verifies_with(tower_key().public()), instance)
         };
-        let planner = move || planner::Planner::new(&plans.planner, &plans.energy, Pace::REAL_TIME);
+        let planner = move || planner::Planner::new(&plans.planner, &plans.aircraft, Pace::REAL_TIME);
         match changes.tape {
             None => {
                 let planner = starts.of_forgetful(move |_, _| planner());

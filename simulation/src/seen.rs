@@ -68,7 +68,7 @@ impl Seen {
     /// Nothing yet of a vehicle with these files.
     pub(crate) fn of(files: &Files) -> Seen {
         let vehicle = &files.vehicle_sim;
-        let reserve = files.energy.budget(Fraction::ZERO).reserve;
+        let reserve = files.aircraft.energy.budget(Fraction::ZERO).reserve;
         Seen {
             decisions: Vec::new(),
             report: None,
@@ -76,12 +76,12 @@ impl Seen {
             charge: None,
             manager: v1::McmStatus::default(),
             ledger: v1::PermissionLedger::default(),
-            witness: Witness::default().that_sees(files.energy),
+            witness: Witness::default().that_sees(files.aircraft.energy),
             ahead: Ahead::default(),
             true_time: TrueTime::default(),
             modes: Modes::default(),
             setpoints: Setpoints::of(vehicle.offboard_loss_s.seconds() + NOTICE),
-            bounds: Bounds::of(files.mcm.highest_m.get(), reserve.get()),
+            bounds: Bounds::of(files.aircraft.flight.highest_m.get(), reserve.get()),
             planner: v1::MissionStatus::default(),
             ordered: Vec::new(),
             landed: false,

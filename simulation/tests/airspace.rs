@@ -311,16 +311,12 @@ fn objectives_two_and_a_half_metres_apart_are_both_flown_to() {
 
 /// Where the planner is less careful than the mission manager, the manager refuses what it plans, again and again.
 #[test]
-fn the_planner_is_as_careful_as_the_mission_manager() {
+fn no_plan_relies_on_a_permission_that_the_mission_manager_no_longer_relies_on() {
     let text = std::fs::read_to_string(config().join("kittiwake.toml")).unwrap();
     let config: toml::Table = toml::from_str(&text).unwrap();
     let number = |section: &str, key: &str| config[section][key].as_float().unwrap();
-    for key in ["vertical_margin_m", "climb_m_s", "descent_m_s", "least_height_m", "return_height_m", "highest_m"] {
-        assert_eq!(number("planner", key), number("mcm", key), "{key}");
-    }
     assert!(number("mcm", "permission_margin_s") <= number("planner", "grant_lead_s"));
     assert!(number("mcm", "leave_lead_s") <= number("planner", "grant_lead_s"));
-    assert!(number("mcm", "margin_m") <= number("planner", "stand_off_m") * number("planner", "margin"));
 }
 
 #[test]

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use control_tower::policy::Policy;
+use domain::aircraft::Aircraft;
 use domain::energy::EnergyModel;
 use domain::file::Source;
 use domain::mission::Mission;
@@ -30,6 +31,7 @@ const TOO_CAREFUL_PERCENT: f64 = 25.0;
 #[derive(serde::Deserialize)]
 struct Sections {
     planner: planner::config::Config,
+    flight: domain::aircraft::Flight,
     energy: EnergyModel,
 }
 
@@ -62,7 +64,8 @@ fn text((north_m, east_m, height_m): Flight) -> String {
 fn forecast_wh(sections: &Sections, text: &str, speed_m_s: f64, from_deg: f64) -> f64 {
     let source = Source { path: "mission.toml".into(), text: text.to_owned() };
     let mission = Mission::read(&source).unwrap_or_else(|it| panic!("{it}"));
-    let mut planner = Planner::new(&sections.planner, &sections.energy, Pace::REAL_TIME);
+    let aircraft = Aircraft { flight: sections.flight, energy: sections.energy };
+    let mut planner = Planner::new(&sections.planner, &aircraft, Pace::REAL_TIME);
     let state = v1::PlanningState { position: Some(v1::Ned::default()), charge: Some(1.0), ..Default::default() };
     let wind = Some(v1::ForecastWind { speed_m_s, from_deg: Some(from_deg) });
     let request = v1::MissionRequest {

@@ -187,7 +187,7 @@ fn build(service: Service, args: &ProcessArgs, inputs: &Inputs) -> Result<Part, 
         Service::Monitor => Part::of(Monitor::new(&config.monitor, contingencies, pace)),
         Service::Planner => {
             let record = Record { args, config, instance: start_number(), tower_key: String::new() };
-            let planner = Planner::new(&config.planner, &config.energy, pace);
+            let planner = Planner::new(&config.planner, &config.aircraft(), pace);
             match record.begin(planner.name())? {
                 None => Part::of(planner),
                 Some((number, inputs)) => Part::of(Recorded::new(planner, number, inputs)),
@@ -198,7 +198,7 @@ fn build(service: Service, args: &ProcessArgs, inputs: &Inputs) -> Result<Part, 
             let told = key.as_ref().map_or_else(String::new, ToString::to_string);
             let record = Record { args, config, instance: start_number(), tower_key: told };
             let table = contingencies.clone();
-            let mcm = Mcm::new(&config.mcm, &config.energy, vehicle, record.instance, trees, table, pace)?;
+            let mcm = Mcm::new(&config.mcm, &config.aircraft(), vehicle, record.instance, trees, table, pace)?;
             let mcm = mcm.of_mission(mission).measured_with(bus::monotonic_ns);
             let mcm = match key {
                 Some(key) => mcm.that_verifies_with(key),

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::time::Duration;
 
+use domain::aircraft::{Aircraft, Flight};
 use domain::airspace::{Airspace, Clock, Grants};
 use domain::area::{Area, AreaKind};
 use domain::area_map::AreaMap;
@@ -30,6 +31,7 @@ const RADIUS_M: f64 = 120.0;
 #[derive(serde::Deserialize)]
 struct Shipped {
     planner: Config,
+    flight: Flight,
     energy: EnergyModel,
 }
 
@@ -132,7 +134,8 @@ impl World {
     pub(crate) fn planner(self) -> Planner {
         let text = include_str!("../../../config/kittiwake.toml");
         let shipped = toml::from_str::<Shipped>(text).expect("the shipped configuration is one");
-        Planner::new(&shipped.planner, &shipped.energy, Pace::REAL_TIME)
+        let aircraft = Aircraft { flight: shipped.flight, energy: shipped.energy };
+        Planner::new(&shipped.planner, &aircraft, Pace::REAL_TIME)
     }
 
     /// A mission from one end of the areas to the other.

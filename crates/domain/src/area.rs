@@ -212,7 +212,7 @@ impl Area {
 
     /// Whether `point` is inside, whatever the heights.
     pub(crate) fn covers(&self, point: Ned) -> bool {
-        !self.is_beside(point, point) && self.polygon().contains(&geo::Point::new(point.east_m, point.north_m))
+        !self.is_beyond(0.0, point, point) && self.polygon().contains(&geo::Point::new(point.east_m, point.north_m))
     }
 
     /// Whether the straight way from `from` to `to` goes through the inside. Conservative in height:
@@ -232,15 +232,10 @@ impl Area {
     /// ascending, with 0 and 1 added at the ends, so that each neighbouring pair is a stretch
     /// that is wholly inside or wholly outside.
     pub fn crossings(&self, from: Ned, to: Ned) -> Vec<f64> {
-        if self.is_beside(from, to) { vec![0.0, 1.0] } else { Outline::new(self).crossings(from, to) }
+        if self.is_beyond(0.0, from, to) { vec![0.0, 1.0] } else { Outline::new(self).crossings(from, to) }
     }
 
-    /// Whether the bounding boxes of the way and the area do not touch: a cheap check that settles most pairs.
-    pub(crate) fn is_beside(&self, from: Ned, to: Ned) -> bool {
-        self.is_beyond(0.0, from, to)
-    }
-
-    /// Whether the bounding boxes of the way and the area are more than `distance_m` apart.
+    /// Whether the bounding boxes of the way and the area are more than `distance_m` apart: a cheap check that settles most pairs.
     pub(crate) fn is_beyond(&self, distance_m: f64, from: Ned, to: Ned) -> bool {
         let apart = |of: fn(&Ned) -> f64| {
             let (low, high) = (of(&from).min(of(&to)) - distance_m, of(&from).max(of(&to)) + distance_m);

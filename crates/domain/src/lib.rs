@@ -4,6 +4,7 @@
 //! Nothing here reads a clock, opens a socket or spawns a task; time is always an argument. The only input is a file
 //! that a human wrote ([`file::Source::read`]).
 
+pub mod aircraft;
 pub mod airspace;
 pub mod alternates;
 pub mod area;

@@ -147,6 +147,8 @@ pub struct MissionReport {
     pub reason: String,
     /// The vehicle's name.
     pub vehicle: String,
+    /// The mission's name.
+    pub mission: String,
     /// From the first plan to the end, in mission seconds.
     pub duration_s: f64,
     /// What became of each objective.

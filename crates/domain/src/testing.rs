@@ -6,6 +6,21 @@ use crate::contingency::snapshot::Kind;
 use crate::contingency::{BRING_DOWN, REQUIRED, REQUIRED_FIELDS, SOMEBODY_ELSE_FLIES};
 use crate::file::Mistakes;
 
+/// How the aircraft of the shipped configuration flies, as a file has it.
+pub const FLIGHT: &str = "
+[flight]
+cruise_m_s = 10.0
+airspeed_m_s = 15.0
+climb_m_s = 3.0
+descent_m_s = 1.5
+least_height_m = 5.0
+return_height_m = 15.0
+highest_m = 120.0
+stand_off_m = 20.0
+margin = 0.5
+vertical_margin_m = 2.0
+";
+
 /// The energy model of the shipped configuration, as a file has it.
 pub const ENERGY: &str = "
 [energy]

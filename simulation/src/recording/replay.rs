@@ -115,7 +115,7 @@ fn manager(
 }
 
 fn planner(files: &Files, pace: Pace) -> planner::Planner {
-    planner::Planner::new(&files.planner, &files.energy, pace)
+    planner::Planner::new(&files.planner, &files.aircraft, pace)
 }
 
 fn nodes(header: &Header) -> Result<Nodes, Refusal> {

@@ -22,7 +22,7 @@ fn manager() -> Mcm {
     let settings = Settings::of_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config/kittiwake.toml"));
     let Inputs { config, mission, contingencies, trees, .. } = check_inputs::read(&settings).unwrap();
     let pace = config.speed.pace();
-    let mut mcm = Mcm::new(&config.mcm, &config.energy, "uav1", 1, &trees, contingencies, pace).unwrap();
+    let mut mcm = Mcm::new(&config.mcm, &config.aircraft(), "uav1", 1, &trees, contingencies, pace).unwrap();
     mcm = mcm.of_mission(&mission);
     mcm.act(Now::default(), &mut Vec::new());
     mcm
@@ -58,7 +58,7 @@ fn upload(persisted: &mut Persisted<Mcm>) -> usize {
         .expect("the planner is asked");
     let settings = Settings::of_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config/kittiwake.toml"));
     let config = check_inputs::read(&settings).unwrap().config;
-    let mut planner = Planner::new(&config.planner, &config.energy, config.speed.pace());
+    let mut planner = Planner::new(&config.planner, &config.aircraft(), config.speed.pace());
     let mut answers = Vec::new();
     planner.on(Now::default(), Event::Request { vehicle: "uav1".into(), token: Token(2), request }, &mut answers);
     let Some(Effect::Reply { response, .. }) = answers.pop() else { panic!("{answers:?}") };

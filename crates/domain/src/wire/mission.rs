@@ -167,6 +167,7 @@ impl From<MissionReport> for v1::MissionReport {
             outcome: v1::MissionOutcome::from(report.outcome) as i32,
             reason: report.reason,
             vehicle: report.vehicle,
+            mission: report.mission,
             duration_s: report.duration_s,
             objectives: report.objectives.into_iter().map(objective).collect(),
         }
@@ -189,6 +190,7 @@ impl TryFrom<v1::MissionReport> for MissionReport {
             outcome: report.outcome().try_into()?,
             reason: report.reason,
             vehicle: report.vehicle,
+            mission: report.mission,
             duration_s: super::finite("duration_s", report.duration_s)?,
             objectives: report.objectives.into_iter().map(objective).collect::<Result<_, InvalidMessage>>()?,
         })
@@ -274,11 +276,12 @@ pub(super) mod tests {
                 permissions,
             },
         );
-        (outcome, name(), name(), 0.0..1e6, prop::collection::vec(objective, 0..3)).prop_map(
-            |(outcome, reason, vehicle, duration_s, objectives)| MissionReport {
+        (outcome, name(), name(), name(), 0.0..1e6, prop::collection::vec(objective, 0..3)).prop_map(
+            |(outcome, reason, vehicle, mission, duration_s, objectives)| MissionReport {
                 outcome,
                 reason,
                 vehicle,
+                mission,
                 duration_s,
                 objectives,
             },

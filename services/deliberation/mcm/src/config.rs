@@ -2,16 +2,12 @@
 
 use std::time::Duration;
 
-use domain::energy::{EnergyModel, Wind};
+use domain::aircraft::Aircraft;
 use domain::quantity::{Number, Positive, Seconds};
 use domain::speeds::Speeds;
 use domain::time::Pace;
 use domain::way::FlightLimits;
 use serde::Deserialize;
-
-/// Ways lead past under and over areas this far beyond the vertical margin, in metres. (ENG: the planner's `vertical_tolerance_m`, as
-/// shipped.)
-const HEIGHT_CLEARANCE_M: f64 = 2.0;
 
 /// `[mcm]` in the configuration file.
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -44,40 +40,15 @@ pub struct Config {
     /// Speed of a transition action, in metres per second, so that the vehicle is still near when a new plan comes. (ENG: a third of the
     /// cruise speed.)
     pub transition_speed_m_s: Positive,
-    /// Distance a transition action keeps to a border it may not cross, in metres.
-    pub transition_stand_off_m: Positive,
-    /// Height above a place at which a response comes to it from afar, in metres, unless it is already higher.
-    pub return_height_m: Positive,
-    /// Speed of a return, and of leaving an area, in metres per second.
-    pub return_speed_m_s: Positive,
     /// No faster than this over ground while a flag slows the vehicle, in metres per second. (ENG: half of the cruise speed: a quarter
     /// of the distance to stop.)
     pub slow_speed_m_s: Positive,
-    /// By how much the action `climb` climbs, in metres, no higher than `highest_m`. (ENG: clear of people and vessels below.)
+    /// By how much the action `climb` climbs, in metres, no higher than `highest_m` in `[flight]`. (ENG: clear of people and vessels below.)
     pub climb_by_m: Positive,
-    /// Climb in metres per second, by which ways over and under areas are compared with ways round them.
-    /// (PX4: MPC_Z_VEL_MAX_UP.)
-    pub climb_m_s: Positive,
-    /// The same for the descent. (PX4: MPC_Z_VEL_MAX_DN.)
-    pub descent_m_s: Positive,
-    /// The fastest that it flies through the air, in metres per second: against the usual wind of `[energy]`, if that
-    /// leaves less than the speed of a way, the way takes longer. (The planner's `airspeed_m_s`.)
-    pub airspeed_m_s: Positive,
     /// How it brakes over ground at least, in m/s2: where it would come to rest is looked at ahead. (PX4: MPC_ACC_HOR 3 m/s2.)
     pub braking_m_s2: Positive,
-    /// Least height of a flight above the ground, in metres; the vehicle climbs to it
-    /// first. (ENG: clear of people.)
-    pub least_height_m: Positive,
-    /// Greatest height of a flight without a plan, in metres. (ENG: EASA's open category ends at 120 m.)
-    pub highest_m: Positive,
-    /// Distance beyond a border at which an area counts as left, in metres. (ENG)
-    pub clearance_m: Positive,
     /// A longer way out of an area is not flown, in metres; the response's next action follows. (ENG)
     pub farthest_out_m: Positive,
-    /// Distance kept to an area that is flown round, in metres. (ENG)
-    pub margin_m: Positive,
-    /// Heights this close to the floor or the ceiling of an area count as inside, in metres. (ENG: a barometer's drift.)
-    pub vertical_margin_m: Positive,
     /// How long a step holds before what a flag forbids, in mission seconds; then it fails, and the rest is planned without. (ENG: a minute
     /// of hovering is 4 % of the battery.)
     pub barrier_limit_s: Positive,
@@ -139,8 +110,7 @@ const LAND_DETECTOR: Duration = Duration::from_secs(3);
 pub(crate) struct Limits {
     pub(crate) config: Config,
     pub(crate) tick_period: Duration,
-    /// The vehicle's figures.
-    pub(crate) energy: EnergyModel,
+    pub(crate) aircraft: Aircraft,
     pub(crate) request_timeout: Duration,
     pub(crate) introspection: Duration,
     /// How long what a skill has confirmed overrides an older land detector message.
@@ -161,10 +131,10 @@ pub(crate) struct Limits {
 }
 
 impl Config {
-    pub(crate) fn limits(&self, energy: EnergyModel, pace: Pace) -> Limits {
+    pub(crate) fn limits(&self, aircraft: Aircraft, pace: Pace) -> Limits {
         Limits {
             config: *self,
-            energy,
+            aircraft,
             tick_period: pace.wall(Duration::from_secs_f64(self.tick_period_ms.get() / 1000.0)),
             request_timeout: pace.limit(self.request_timeout_s.seconds()),
             introspection: pace.limit(self.introspection_limit_s.seconds()),
@@ -173,15 +143,7 @@ impl Config {
             permission_answer: self.permission_answer_s.seconds(),
             permission_tries: self.permission_tries.max(1),
             permission_margin: self.permission_margin_s.seconds(),
-            flight: FlightLimits {
-                speeds: self.speeds(energy.usual_wind()),
-                least_height_m: self.least_height_m.get(),
-                return_height_m: self.return_height_m.get(),
-                highest_m: self.highest_m.get(),
-                clearance_m: self.clearance_m.get(),
-                margin_m: self.margin_m.get(),
-                height_clearance_m: HEIGHT_CLEARANCE_M,
-            },
+            flight: aircraft.flight.limits(speeds(aircraft)),
             leave_lead: self.leave_lead_s.seconds(),
             airspace_period: self.airspace_period_s.seconds().max(pace.wall(Duration::from_millis(20))),
             settle: Duration::from_secs(1).max(pace.wall(Duration::from_millis(100))),
@@ -189,18 +151,23 @@ impl Config {
             report_period: pace.wall(Duration::from_millis(500)),
         }
     }
+}
 
-    /// How fast ways without a plan are flown in this wind, as the planner times its plans.
-    fn speeds(&self, wind: Wind) -> Speeds {
-        let calm = Speeds::calm(self.return_speed_m_s.get(), self.climb_m_s.get(), self.descent_m_s.get());
-        let in_wind = Speeds { airspeed_m_s: self.airspeed_m_s.get(), wind, ..calm };
-        // In a wind in which nothing is planned, a vehicle that is in the air still needs a way down, and a time for it that ends.
-        if in_wind.hold_in_wind() { in_wind } else { calm }
+/// How fast ways without a plan are flown in the usual wind, as the planner times its plans.
+fn speeds(Aircraft { flight, energy }: Aircraft) -> Speeds {
+    let in_wind = flight.speeds(energy.usual_wind());
+    // In a wind in which nothing is planned, a vehicle that is in the air still needs a way down, and a time for it that ends.
+    if in_wind.hold_in_wind() {
+        in_wind
+    } else {
+        Speeds::calm(in_wind.cruise_m_s, in_wind.climb_m_s, in_wind.descent_m_s)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use domain::aircraft::Flight;
+    use domain::energy::EnergyModel;
     use domain::file::Source;
     use domain::geometry::Ned;
 
@@ -209,6 +176,7 @@ mod tests {
     #[derive(Deserialize)]
     struct Shipped {
         mcm: Config,
+        flight: Flight,
         energy: EnergyModel,
     }
 
@@ -217,8 +185,8 @@ mod tests {
         #[track_caller]
         fn check(headwind: &str, expected_s: f64) {
             let text = include_str!("../../../../config/kittiwake.toml").replace("headwind_m_s = 4.0", headwind);
-            let Shipped { mcm, energy } = Source { path: "kittiwake.toml".into(), text }.parse().unwrap();
-            let speeds = mcm.limits(energy, Pace::REAL_TIME).flight.speeds;
+            let Shipped { mcm, flight, energy } = Source { path: "kittiwake.toml".into(), text }.parse().unwrap();
+            let speeds = mcm.limits(Aircraft { flight, energy }, Pace::REAL_TIME).flight.speeds;
             let time_s = speeds.time_s(Ned::default(), Ned::new(600.0, 0.0, 0.0));
             assert!((time_s - expected_s).abs() < 1e-6, "{headwind}: {time_s} s, expected {expected_s} s");
         }

@@ -1,8 +1,8 @@
 //! The node: events into the world, ticks of the tree, effects out.
 
 use behavior_tree::{NextTick, Status, Tree};
+use domain::aircraft::Aircraft;
 use domain::contingency::Contingencies;
-use domain::energy::EnergyModel;
 use domain::memory::MemoryLoss;
 use domain::mission::Mission;
 use domain::time::{Now, Pace, Time};
@@ -39,7 +39,7 @@ impl Mcm {
     /// checked both, so this is a mistake in the program.
     pub fn new(
         config: &Config,
-        energy: &EnergyModel,
+        aircraft: &Aircraft,
         vehicle: &str,
         instance: u64,
         trees: &LoadedTrees,
@@ -48,7 +48,7 @@ impl Mcm {
     ) -> Result<Mcm, behavior_tree::InstantiateError> {
         Ok(Mcm {
             tree: trees.0.instantiate("mission", &[])?,
-            world: World::new(config.limits(*energy, pace), vehicle, instance, table, trees.0.clone()),
+            world: World::new(config.limits(*aircraft, pace), vehicle, instance, table, trees.0.clone()),
             timing: None,
             configured: String::new(),
             reporter: Reporter::default(),

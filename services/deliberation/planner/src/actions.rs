@@ -8,7 +8,7 @@ use domain::skill::Goal;
 use domain::speeds::Speeds;
 use domain::state::{State, Tolerance};
 
-use crate::config::Config;
+use crate::rules::Rules;
 
 /// For how long the vehicle hovers for a release, in seconds, of its time and its energy. (ENG: a second until a servo has opened,
 /// and as much again before and behind it for the command and for the status that shows it.)
@@ -57,14 +57,14 @@ impl Action {
     }
 
     /// Whether it can end in `goal`, on the way from `start`.
-    pub(crate) fn reaches(self, goal: &State, start: &State, config: &Config) -> bool {
+    pub(crate) fn reaches(self, goal: &State, start: &State, rules: &Rules) -> bool {
         let is_place_in_air = goal.flying && goal.mode.is_none() && goal.gripper.is_none();
         match self {
             Action::Land => !goal.flying,
             // Only where it is a climb worth the name: the ground may be higher than the goal.
             Action::Takeoff => {
-                let climb_m = goal.position.height_m() - ground_height_m(goal, start, config);
-                is_place_in_air && config.least_climb_m.get() <= climb_m
+                let climb_m = goal.position.height_m() - ground_height_m(goal, start, rules);
+                is_place_in_air && rules.config.least_climb_m.get() <= climb_m
             }
             // All it changes is the mode.
             Action::Stop => goal.mode == Some(FlightMode::Loiter) && goal.gripper.is_none(),
@@ -74,24 +74,18 @@ impl Action {
     }
 
     /// The state closest to `start` from which it can reach `goal`, which is reached within the tolerance.
-    pub(crate) fn propagate_backwards(
-        self,
-        goal: &State,
-        start: &State,
-        tolerance: Tolerance,
-        config: &Config,
-    ) -> State {
+    pub(crate) fn propagate_backwards(self, goal: &State, start: &State, tolerance: Tolerance, rules: &Rules) -> State {
         let (goal_m, ground_m) = (goal.position.height_m(), start.position.height_m());
         match self {
             // One that is over the spot already sinks from its height: it need not climb again.
             Action::Land if start.flying && start.is_over(goal, tolerance) => State::new(start.position, true),
-            Action::Land => State::new(goal.position.at_height(goal_m + config.takeoff_height_m.get()), true),
-            Action::Takeoff => State::new(goal.position.at_height(ground_height_m(goal, start, config)), false),
+            Action::Land => State::new(goal.position.at_height(goal_m + rules.config.takeoff_height_m.get()), true),
+            Action::Takeoff => State::new(goal.position.at_height(ground_height_m(goal, start, rules)), false),
             Action::Stop => State { mode: None, ..goal.clone() },
             Action::Position if start.flying => State::new(start.position, true),
             Action::Position => {
-                let is_climb = config.least_climb_m.get() <= goal_m - ground_m;
-                let height_m = if is_climb { goal_m } else { ground_m + config.takeoff_height_m.get() };
+                let is_climb = rules.config.least_climb_m.get() <= goal_m - ground_m;
+                let height_m = if is_climb { goal_m } else { ground_m + rules.config.takeoff_height_m.get() };
                 State::new(start.position.at_height(height_m), true)
             }
             // At rest there: a load that leaves a moving vehicle falls elsewhere.
@@ -101,7 +95,7 @@ impl Action {
 
     /// How it is flown from `from` to `goal`, and under which conditions. They are silent about the place: from wherever the vehicle is it
     /// flies to the goal. The permissions of the areas on its way are added later.
-    pub(crate) fn parameters(self, from: &State, goal: &State, config: &Config) -> Parameters {
+    pub(crate) fn parameters(self, from: &State, goal: &State, rules: &Rules) -> Parameters {
         let when = |flying, mode| Condition { flying, mode, ..Condition::default() };
         let in_air = Some(true);
         let (goal, precondition, invariant) = match self {
@@ -117,7 +111,7 @@ impl Action {
                 (Goal::Stop, when(Some(from.flying), None), when(Some(from.flying), mode))
             }
             Action::Position => {
-                let goal = Goal::fly_to(goal.position, config.cruise_speed_m_s.get());
+                let goal = Goal::fly_to(goal.position, rules.aircraft.flight.cruise_m_s.get());
                 (goal, when(in_air, None), when(in_air, Some(FlightMode::Offboard)))
             }
             Action::Release => {
@@ -130,8 +124,12 @@ impl Action {
 }
 
 /// Where the ground is: known under a vehicle that stands on it.
-fn ground_height_m(goal: &State, start: &State, config: &Config) -> f64 {
-    if start.flying { goal.position.height_m() - config.takeoff_height_m.get() } else { start.position.height_m() }
+fn ground_height_m(goal: &State, start: &State, rules: &Rules) -> f64 {
+    if start.flying {
+        goal.position.height_m() - rules.config.takeoff_height_m.get()
+    } else {
+        start.position.height_m()
+    }
 }
 
 /// How long an action takes besides its way, in seconds.

@@ -14,8 +14,8 @@ use domain::state::State;
 use domain::time::{Now, Pace};
 use domain::way::Asked;
 
-use crate::config::Config;
 use crate::permissions::{Permissions, Standing};
+use crate::rules::Rules;
 
 /// An area, with what it takes to enter it while it applies.
 #[derive(Debug, Clone)]
@@ -81,19 +81,19 @@ impl<'a> Airspace<'a> {
         permissions: &Permissions,
         closures: &Closures,
         (now, pace): (Now, Pace),
-        config: &Config,
+        rules: &Rules,
     ) -> Airspace<'a> {
         let rule = airspace::Airspace {
             areas,
             grants,
             clock: Clock { utc_ms: now.utc_ms, pace },
-            lead: config.grant_lead_s.seconds(),
-            vertical_margin_m: config.vertical_margin_m.get(),
+            lead: rules.config.grant_lead_s.seconds(),
+            vertical_margin_m: rules.aircraft.flight.vertical_margin_m.get(),
             ground: &around.ground,
         };
         let zone = |area: &'a Area| {
             let closure = closures.get(&area.name).map(|reason| Access::Closed { reason: reason.clone() });
-            Zone { area, access: closure.unwrap_or_else(|| access(area, permissions, now, config)) }
+            Zone { area, access: closure.unwrap_or_else(|| access(area, permissions, now, rules)) }
         };
         Airspace { rule, zones: areas.iter().map(zone).collect(), map: &around.map, legs_left: Cell::new(u32::MAX) }
     }
@@ -188,16 +188,16 @@ impl<'a> Airspace<'a> {
     }
 }
 
-fn access(area: &Area, permissions: &Permissions, now: Now, config: &Config) -> Access {
+fn access(area: &Area, permissions: &Permissions, now: Now, rules: &Rules) -> Access {
     let name = &area.name;
     if area.kind == AreaKind::KeepOut {
         return Access::Closed { reason: format!("keep-out area {name}: it cannot be reached without entering it") };
     }
     let at_most = permissions.longest_grant(name);
     match permissions.standing(name) {
-        Standing::Open => Access::Ask { wait_s: config.expected_wait_s.get(), denied: false, at_most },
+        Standing::Open => Access::Ask { wait_s: rules.config.expected_wait_s.get(), denied: false, at_most },
         Standing::DeniedOnce { retry_at, .. } => Access::Ask {
-            wait_s: (retry_at - now.time).as_secs_f64() + config.expected_wait_after_denial_s.get(),
+            wait_s: (retry_at - now.time).as_secs_f64() + rules.config.expected_wait_after_denial_s.get(),
             denied: true,
             at_most,
         },

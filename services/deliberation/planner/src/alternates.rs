@@ -68,25 +68,25 @@ impl Search<'_> {
     /// The best place from `here`, in the air on `leg`.
     fn best(&mut self, leg: &LegForecast, here: Ned, at: Now) -> Option<Alternate> {
         let judge = self.planner.judge();
-        let (config, limits) = (judge.config, judge.config.in_wind(self.wind).flight_limits());
+        let (rules, limits) = (judge.rules, judge.rules.in_wind(self.wind).flight_limits());
         let grants: Grants = leg.held.iter().map(|it| (it.clone(), Duration::MAX)).collect();
         let airspace = Airspace {
             areas: &self.mission.areas,
             grants: &grants,
             clock: Clock { utc_ms: at.utc_ms, pace: self.planner.pace() },
-            lead: config.grant_lead_s.seconds(),
-            vertical_margin_m: config.vertical_margin_m.get(),
+            lead: rules.config.grant_lead_s.seconds(),
+            vertical_margin_m: rules.aircraft.flight.vertical_margin_m.get(),
             ground: &self.ground,
         };
         let view = Viewpoint {
             from: here,
             around: Surroundings { airspace, map: &self.map, limits: &limits, ends_at: SiteKind::Landing },
-            energy: judge.model,
+            energy: &judge.rules.aircraft.energy,
             wind: self.wind,
         };
         // Nothing is known here of the charge below which a response lands: what is in the battery counts.
         let left = leg.charge.and_then(|it| Fraction::try_from(it).ok());
-        let charge = Charge { energy: judge.model, left, lands_below: Fraction::ZERO };
+        let charge = Charge { energy: &judge.rules.aircraft.energy, left, lands_below: Fraction::ZERO };
         let mut alternates: Vec<Alternate> = Vec::new();
         for place in &self.places {
             let Found { way, legs } = view.look_at(place, self.legs_left.min(MOST_LEGS / 20));

@@ -9,19 +9,19 @@ use std::time::Duration;
 use domain::plan::{AskAhead, PermissionNeed, Step};
 
 use crate::airspace::{Access, Airspace};
-use crate::config::Config;
 use crate::plan::flight_time;
+use crate::rules::Rules;
 
 /// Sets what each of `steps` asks for ahead, were the first of them begun now. The lengths of what they ask for are known: see
 /// [`crate::grant_lengths`].
 ///
 /// Counted from the planned flight alone: a vehicle that waits for something else on the way has more time for the answer.
-pub(crate) fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
+pub(crate) fn set(steps: &mut [Step], airspace: &Airspace, rules: &Rules) {
     steps.iter_mut().for_each(|step| step.ask_ahead.clear());
-    let begins = beginnings(steps, config);
+    let begins = beginnings(steps, rules);
     for later in 1..steps.len() {
-        let border_at = begins[later].saturating_add(flight_time(&steps[later], config));
-        let asked_at = border_at.saturating_sub(config.ask_ahead_s.seconds());
+        let border_at = begins[later].saturating_add(flight_time(&steps[later], rules));
+        let asked_at = border_at.saturating_sub(rules.config.ask_ahead_s.seconds());
         if begins[later] <= asked_at {
             // It asks early enough itself.
             continue;
@@ -42,11 +42,11 @@ pub(crate) fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
 }
 
 /// When each of `steps` begins, without waits.
-fn beginnings(steps: &[Step], config: &Config) -> Vec<Duration> {
+fn beginnings(steps: &[Step], rules: &Rules) -> Vec<Duration> {
     let mut at = Duration::ZERO;
     let begin = |step: &Step| {
         let begins = at;
-        at = at.saturating_add(flight_time(step, config));
+        at = at.saturating_add(flight_time(step, rules));
         begins
     };
     steps.iter().map(begin).collect()

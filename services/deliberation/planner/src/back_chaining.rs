@@ -3,7 +3,7 @@
 use domain::state::{State, Tolerance};
 
 use crate::actions::Action;
-use crate::config::Config;
+use crate::rules::Rules;
 
 /// An action between the state it starts from and the one it reaches.
 #[derive(Debug, Clone)]
@@ -25,18 +25,18 @@ pub(crate) enum NoChain {
 }
 
 /// The actions that lead from `start` to `goal`, last to fly first; none if `start` is there within the tolerance.
-pub(crate) fn chain(start: &State, goal: &State, tolerance: Tolerance, config: &Config) -> Result<Vec<Link>, NoChain> {
+pub(crate) fn chain(start: &State, goal: &State, tolerance: Tolerance, rules: &Rules) -> Result<Vec<Link>, NoChain> {
     let mut links: Vec<Link> = Vec::new();
     let mut current_goal = goal.clone();
     while !start.matches(&current_goal, tolerance) {
-        if links.len() as u32 == config.depth_limit.get() {
-            return Err(NoChain::TooDeep(config.depth_limit.get()));
+        if links.len() as u32 == rules.config.depth_limit.get() {
+            return Err(NoChain::TooDeep(rules.config.depth_limit.get()));
         }
         // Of equal scores the first is kept: the table's order breaks ties.
         let best = Action::ALL
             .into_iter()
-            .filter(|it| it.reaches(&current_goal, start, config))
-            .map(|it| (it, it.propagate_backwards(&current_goal, start, tolerance, config)))
+            .filter(|it| it.reaches(&current_goal, start, rules))
+            .map(|it| (it, it.propagate_backwards(&current_goal, start, tolerance, rules)))
             .min_by_key(|(_, from)| score(from, start, tolerance));
         let (action, from) = best.ok_or(NoChain::NoAction)?;
         links.push(Link { action, from: from.clone(), to: current_goal });
@@ -62,6 +62,7 @@ fn score(state: &State, start: &State, tolerance: Tolerance) -> (u64, bool, u64)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::Config;
     use domain::fmu::{FlightMode, Gripper};
     use domain::geometry::Ned;
 
@@ -74,7 +75,7 @@ mod tests {
 
     #[track_caller]
     fn check(start: At, goal: At, expected: &str) {
-        let links = chain(&state(start), &state(goal), Config::for_tests().tolerance(), &Config::for_tests()).unwrap();
+        let links = chain(&state(start), &state(goal), Rules::for_tests().tolerance(), &Rules::for_tests()).unwrap();
         let text: Vec<_> = links
             .iter()
             .rev()
@@ -116,7 +117,7 @@ mod tests {
         #[track_caller]
         fn check(start: &State, expected: &[&str]) {
             let goal = State { gripper: Some(Gripper::Released), ..state((500.0, 40.0, true)) };
-            let links = chain(start, &goal, Config::for_tests().tolerance(), &Config::for_tests()).unwrap();
+            let links = chain(start, &goal, Rules::for_tests().tolerance(), &Rules::for_tests()).unwrap();
             let names: Vec<_> = links.iter().rev().map(|it| it.action.name()).collect();
             assert_eq!(names, expected, "{start:?}");
         }
@@ -131,7 +132,7 @@ mod tests {
     fn what_no_action_reaches_has_no_chain() {
         let goal = State { mode: Some(FlightMode::Return), ..state((0.0, 10.0, true)) };
         assert_eq!(
-            chain(&state((0.0, 0.0, false)), &goal, Config::for_tests().tolerance(), &Config::for_tests()).unwrap_err(),
+            chain(&state((0.0, 0.0, false)), &goal, Rules::for_tests().tolerance(), &Rules::for_tests()).unwrap_err(),
             NoChain::NoAction
         );
     }
@@ -139,8 +140,9 @@ mod tests {
     #[test]
     fn the_depth_is_limited() {
         let config = Config { depth_limit: std::num::NonZeroU32::MIN, ..Config::for_tests() };
+        let rules = Rules::of(config);
         let error =
-            chain(&state((0.0, 0.0, false)), &state((500.0, 0.0, false)), config.tolerance(), &config).unwrap_err();
+            chain(&state((0.0, 0.0, false)), &state((500.0, 0.0, false)), rules.tolerance(), &rules).unwrap_err();
         assert_eq!(error, NoChain::TooDeep(1));
     }
 }

@@ -36,9 +36,9 @@ pub(crate) fn ask_for(
     let takes_off = |it: &Step| matches!(it.nominal.goal, Goal::Takeoff { .. });
     let Some(takeoff) = steps.iter().position(takes_off).filter(|_| !state.flying) else { return Ok(()) };
     let (end, lands_after) = landing(steps, objectives, judge);
-    let speeds = judge.config.speeds();
+    let speeds = judge.rules.speeds();
     let motion = Motion { begins: lands_after, ..Motion::in_air(speeds) };
-    let over = |place: Ned| place.at_height(place.height_m() + judge.config.takeoff_height_m.get());
+    let over = |place: Ned| place.at_height(place.height_m() + judge.rules.config.takeoff_height_m.get());
     let sites = sites.iter().filter(|it| it.kind == SiteKind::Landing).map(|it| it.position);
     let places = [end, Ned::default()].into_iter().chain(sites);
     let entered = places.map(|it| airspace.first_entries(over(it), it, motion, &Asked::new()));
@@ -78,7 +78,7 @@ fn needed(zone: &Zone, lasts: Duration) -> Result<PermissionNeed, String> {
 fn landing(steps: &[Step], objectives: &Objectives, judge: &Judge) -> (Ned, Duration) {
     let (waiting, all) = (objectives.waiting(), objectives.all());
     let stay_s = |index: usize| all[index].terms().dwell.as_secs_f64();
-    let there_s: f64 = steps.iter().map(|it| flight_time_s(it, judge.config)).sum();
+    let there_s: f64 = steps.iter().map(|it| flight_time_s(it, judge.rules)).sum();
     let first_s = waiting.first().map_or(0.0, |it| stay_s(*it));
     let hop_s = |pair: &[usize]| judge.visit(&all[pair[0]].goal, &all[pair[1]]).time_s + stay_s(pair[1]);
     let hops_s: f64 = waiting.windows(2).map(hop_s).sum();
@@ -96,7 +96,7 @@ fn ask_before(steps: &mut Vec<Step>, takeoff: usize, needs: Vec<PermissionNeed>,
     let asks = takeoff.checked_sub(1).filter(|it| steps[*it].auxiliary);
     let index = asks.unwrap_or_else(|| {
         let stands = State::new(steps[takeoff].from, false);
-        let nominal = Action::Stop.parameters(&stands, &stands, judge.config);
+        let nominal = Action::Stop.parameters(&stands, &stands, judge.rules);
         let (ask, ask_ahead) = (Vec::new(), Vec::new());
         let step = Step {
             id: NEW,

@@ -8,7 +8,7 @@ use domain::geometry::Ned;
 use domain::way::{Asked, TimedWay};
 
 use crate::airspace::Airspace;
-use crate::config::Config;
+use crate::rules::Rules;
 
 /// A part of a way, flown as one step.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,12 +25,12 @@ pub(crate) struct Section {
 pub(crate) const SAME_PLACE_M: f64 = 1.0;
 
 /// `way` cut into sections, for a plan that has asked for `asked` before.
-pub(crate) fn sections(way: &TimedWay, airspace: &Airspace, asked: &Asked, config: &Config) -> Vec<Section> {
+pub(crate) fn sections(way: &TimedWay, airspace: &Airspace, asked: &Asked, rules: &Rules) -> Vec<Section> {
     let milestones = milestones(&way.points);
     // The vehicle does not wait on the way out of an area.
     let earliest_m = milestones.get(way.legs_out).copied().unwrap_or(0.0);
-    let borders = borders(way, &milestones, airspace, asked, config);
-    let waits = group(borders, config.stand_off_m.get(), earliest_m);
+    let borders = borders(way, &milestones, airspace, asked, rules);
+    let waits = group(borders, rules.aircraft.flight.stand_off_m.get(), earliest_m);
     let mut sections: Vec<(f64, Section)> = std::iter::zip(&milestones, std::iter::zip(&way.points, &way.at))
         .skip(1)
         .map(|(at_m, (to, at))| (*at_m, Section { to: *to, at: *at, ask: Vec::new() }))
@@ -69,13 +69,13 @@ struct Border {
 
 /// Where each barred zone is entered for the first time, in order. Once asked for, it may be left
 /// and entered again.
-fn borders(way: &TimedWay, milestones: &[f64], airspace: &Airspace, asked: &Asked, config: &Config) -> Vec<Border> {
+fn borders(way: &TimedWay, milestones: &[f64], airspace: &Airspace, asked: &Asked, rules: &Rules) -> Vec<Border> {
     let mut asked = asked.clone();
     let mut found = Vec::new();
     let legs = std::iter::zip(way.points.windows(2), &way.at);
     // Nothing is asked for to get out.
     for ((leg, begins), start_m) in std::iter::zip(legs, milestones).skip(way.legs_out) {
-        let motion = Motion { begins: *begins, ..Motion::in_air(config.speeds()) };
+        let motion = Motion { begins: *begins, ..Motion::in_air(rules.speeds()) };
         for (fraction, zone) in airspace.first_entries(leg[0], leg[1], motion, &asked) {
             asked.insert(zone);
             found.push(Border { at_m: start_m + fraction * leg[0].distance_m(leg[1]), zone });

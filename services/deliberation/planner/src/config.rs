@@ -1,10 +1,6 @@
 //! The planner's parameters.
 
-use domain::energy::Wind;
-use domain::quantity::{Fraction, Number, Positive, Seconds};
-use domain::speeds::Speeds;
-use domain::state::Tolerance;
-use domain::way::FlightLimits;
+use domain::quantity::{Positive, Seconds};
 use serde::Deserialize;
 use std::num::NonZeroU32;
 
@@ -17,19 +13,6 @@ pub struct Config {
     pub takeoff_height_m: Positive,
     /// A takeoff climbs at least this much, in metres. (ENG: less cannot be distinguished from standing.)
     pub least_climb_m: Positive,
-    /// Speed limit of a position step, in m/s. (ENG: below PX4's MPC_XY_VEL_MAX of 12 m/s.)
-    pub cruise_speed_m_s: Positive,
-    /// The fastest that the vehicle flies through the air, in m/s: against a wind that leaves less than the cruise
-    /// speed, legs take longer, and in a wind that is as fast nothing is flown. (PX4: MPC_XY_VEL_MAX of 12 m/s is over
-    /// ground; ENG: what a multirotor of this power holds with a reserve for gusts. What is slower than 1 m/s stands in
-    /// every breeze, and none is faster than 100.)
-    pub airspeed_m_s: Number<1, 100>,
-    /// Where to wait before the border of an area, in metres. (ENG: the braking distance from the
-    /// cruise speed at PX4's MPC_ACC_HOR of 3 m/s^2 is 17 m.)
-    pub stand_off_m: Positive,
-    /// Distance kept to an area that is flown round, as a fraction of the stand-off: smaller by its
-    /// type, so that a way past an area never needs to wait at it. (ENG: half.)
-    pub margin: Fraction,
     /// Two states this far apart over ground count as one, in metres. (ENG: the position skill's own
     /// tolerance plus the drift of a landing in wind.)
     pub horizontal_tolerance_m: Positive,
@@ -49,21 +32,6 @@ pub struct Config {
     pub takeoffs_at_most: NonZeroU32,
     /// After this number of failed landings an objective is given up. (ENG: each takes minutes and battery.)
     pub landings_at_most: NonZeroU32,
-    /// How fast the vehicle climbs, in m/s. (PX4: MPC_Z_VEL_MAX_UP.)
-    pub climb_m_s: Positive,
-    /// How fast it descends, in m/s. (PX4: MPC_Z_VEL_MAX_DN.)
-    pub descent_m_s: Positive,
-    /// Lower than this above the ground the vehicle climbs before it flies anywhere, and it flies under no area, in metres. (ENG: as the
-    /// mission manager's.)
-    pub least_height_m: Positive,
-    /// The height above a place at which a response comes to it from afar, in metres. (ENG: as the mission manager's.)
-    pub return_height_m: Positive,
-    /// Over an area it flies, or leaves it, no higher than this, in metres above the take-off point. (ENG: as the
-    /// mission manager's.)
-    pub highest_m: Positive,
-    /// Heights this close to the floor or the ceiling of an area count as inside, in metres. (ENG: as the mission
-    /// manager's.)
-    pub vertical_margin_m: Positive,
     /// The strongest wind to plan for, gusts included, in m/s: a place that it may carry the vehicle from over a border is
     /// reported. (ENG: a fresh breeze, Beaufort 5.)
     pub wind_m_s: Positive,
@@ -90,14 +58,6 @@ pub struct Config {
     /// A mission's origin may lie this far from that of the vehicle's local frame. (ENG: a satellite position without corrections
     /// is some metres off.)
     pub origin_tolerance_m: OriginTolerance,
-    /// The wind that legs are timed in and energy is judged in. It has no key in this section: it is the one of the energy model, or
-    /// that of a forecast.
-    #[serde(skip, default = "calm")]
-    pub(crate) wind: Wind,
-}
-
-fn calm() -> Wind {
-    Wind::CALM
 }
 
 /// Metres over ground: from 0.1, since no position is known better, to 10, the least distance of a mission's places from the border
@@ -124,61 +84,6 @@ impl TryFrom<f64> for OriginTolerance {
     }
 }
 
-impl Config {
-    /// The same in another wind.
-    pub(crate) fn in_wind(&self, wind: Wind) -> Config {
-        Config { wind, ..self.clone() }
-    }
-
-    /// Distance kept to an area that is flown round, in metres.
-    pub(crate) fn margin_m(&self) -> f64 {
-        self.stand_off_m.get() * self.margin.get()
-    }
-
-    /// How far apart two states may be and still count as one.
-    pub(crate) fn tolerance(&self) -> Tolerance {
-        Tolerance {
-            horizontal_m: self.horizontal_tolerance_m.get(),
-            vertical_m: self.vertical_tolerance_m.get(),
-            ground_m: self.ground_tolerance_m.get(),
-        }
-    }
-
-    /// How fast plans are flown.
-    pub(crate) fn speeds(&self) -> Speeds {
-        Speeds {
-            cruise_m_s: self.cruise_speed_m_s.get(),
-            climb_m_s: self.climb_m_s.get(),
-            descent_m_s: self.descent_m_s.get(),
-            airspeed_m_s: self.airspeed_m_s.get(),
-            wind: self.wind,
-        }
-    }
-
-    /// How the vehicle flies.
-    pub(crate) fn flight_limits(&self) -> FlightLimits {
-        FlightLimits {
-            speeds: self.speeds(),
-            least_height_m: self.least_height_m.get(),
-            return_height_m: self.return_height_m.get(),
-            highest_m: self.highest_m.get(),
-            clearance_m: self.stand_off_m.get(),
-            margin_m: self.margin_m(),
-            height_clearance_m: self.vertical_tolerance_m.get(),
-        }
-    }
-}
-
-/// The energy model of the shipped configuration.
-#[cfg(test)]
-pub(crate) fn energy_for_tests() -> domain::energy::EnergyModel {
-    #[derive(Deserialize)]
-    struct File {
-        energy: domain::energy::EnergyModel,
-    }
-    toml::from_str::<File>(domain::testing::ENERGY).expect("the shipped values parse").energy
-}
-
 #[cfg(test)]
 impl Config {
     pub(crate) fn for_tests() -> Config {
@@ -197,10 +102,6 @@ impl Config {
             [planner]
             takeoff_height_m = 10.0
             least_climb_m = 2.0
-            cruise_speed_m_s = 10.0
-            airspeed_m_s = 15.0
-            stand_off_m = 20.0
-            margin = 0.5
             horizontal_tolerance_m = 3.0
             vertical_tolerance_m = 2.0
             ground_tolerance_m = 5.0
@@ -208,12 +109,6 @@ impl Config {
             failures_at_most = 5
             takeoffs_at_most = 5
             landings_at_most = 3
-            climb_m_s = 3.0
-            descent_m_s = 1.5
-            least_height_m = 5.0
-            return_height_m = 15.0
-            highest_m = 120.0
-            vertical_margin_m = 2.0
             wind_m_s = 8.0
             grant_lead_s = 30.0
             expected_wait_s = 2.0
@@ -228,21 +123,6 @@ impl Config {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn an_airspeed_that_no_multirotor_has_is_refused() {
-        #[track_caller]
-        fn check(airspeed_m_s: &str, expected: &str) {
-            let text = Config::TEXT.replace("airspeed_m_s = 15.0", &format!("airspeed_m_s = {airspeed_m_s}"));
-            let told = Config::read_for_tests(&text).map(|_| ()).unwrap_err().to_string();
-            assert!(told.contains(expected), "{told}");
-        }
-        check("0.5", "found 0.5, expected a number from 1 to 100");
-        check("150.0", "found 150, expected a number from 1 to 100");
-        check("nan", "found NaN, expected a number from 1 to 100");
-        let without = Config::TEXT.replace("airspeed_m_s = 15.0", "");
-        assert!(Config::read_for_tests(&without).unwrap_err().to_string().contains("missing field `airspeed_m_s`"));
-    }
 
     #[test]
     fn a_tolerance_that_could_hide_a_border_is_refused() {

@@ -16,9 +16,9 @@ use crate::actions::{Action, free_speeds, free_way, time_s};
 use crate::airspace::{Access, Airspace};
 use crate::back_chaining::{self, Link};
 use crate::communication::{Section, sections};
-use crate::config::Config;
 use crate::plan::{NEW, hold};
 use crate::routing::{self, NoWay};
+use crate::rules::Rules;
 use crate::survey::Via;
 
 /// Steps from `start` through all of `ahead`, each of which is reached within `tolerance`; first to fly first. They have no ids
@@ -28,9 +28,9 @@ pub(crate) fn draft(
     ahead: &[Via],
     tolerance: Tolerance,
     airspace: &Airspace,
-    config: &Config,
+    rules: &Rules,
 ) -> Result<Vec<Step>, NoWay> {
-    let mut draft = Draft { airspace, config, asked: Asked::new(), at: Duration::ZERO, steps: Vec::new() };
+    let mut draft = Draft { airspace, rules, asked: Asked::new(), at: Duration::ZERO, steps: Vec::new() };
     let mut from = start.clone();
     for via in ahead {
         let flown = draft.steps.len();
@@ -50,7 +50,7 @@ pub(crate) fn draft(
 
 struct Draft<'a> {
     airspace: &'a Airspace<'a>,
-    config: &'a Config,
+    rules: &'a Rules,
     asked: Asked,
     /// When the next step begins, from now on.
     at: Duration,
@@ -80,20 +80,23 @@ impl Draft<'_> {
         Ok(())
     }
 
-    /// The configuration with the height over the ground at which `start` is left and `goal` is landed at, if they are there: as low as
+    /// The rules with the height over the ground at which `start` is left and `goal` is landed at, if they are there: as low as
     /// the areas over them ask.
-    fn under_floors(&self, start: &State, goal: &State) -> Config {
-        let (rule, limits, usual) = (&self.airspace.rule, self.config.flight_limits(), self.config.takeoff_height_m);
+    fn under_floors(&self, start: &State, goal: &State) -> Rules {
+        let (rule, limits, usual) =
+            (&self.airspace.rule, self.rules.flight_limits(), self.rules.config.takeoff_height_m);
         let on_ground = [start, goal].into_iter().filter(|it| !it.flying);
         let over_m = on_ground.map(|it| climb_m(it.position, usual.get(), rule, &limits)).fold(usual.get(), f64::min);
-        Config { takeoff_height_m: Positive::try_from(over_m).unwrap_or(usual), ..self.config.clone() }
+        let mut rules = self.rules.clone();
+        rules.config.takeoff_height_m = Positive::try_from(over_m).unwrap_or(usual);
+        rules
     }
 
     fn fly_waiting_before_each_border(&mut self, link: &Link) -> Result<(), NoWay> {
         let (from, to) = (link.from.position, link.to.position);
-        let way = routing::find(from, to, self.at, self.airspace, &self.asked, self.config)?;
+        let way = routing::find(from, to, self.at, self.airspace, &self.asked, self.rules)?;
         let mut from = link.from.clone();
-        for Section { to, at, ask } in sections(&way, self.airspace, &self.asked, self.config) {
+        for Section { to, at, ask } in sections(&way, self.airspace, &self.asked, self.rules) {
             let to = State { position: to, ..link.to.clone() };
             self.add(link.action, &from, to.clone(), ask);
             (self.at, from) = (at, to);
@@ -103,7 +106,7 @@ impl Draft<'_> {
 
     fn wait_and_fly(&mut self, link: &Link) -> Result<(), NoWay> {
         let way = (link.from.position, link.to.position);
-        let goal = link.action.parameters(&link.from, &link.to, self.config).goal;
+        let goal = link.action.parameters(&link.from, &link.to, self.rules).goal;
         let motion = self.motion(&link.from, &goal);
         let (from, to) = free_way(&goal, way);
         let entries = self.airspace.first_entries(from, to, motion, &self.asked);
@@ -125,7 +128,7 @@ impl Draft<'_> {
             self.add(Action::Stop, &link.from, State { mode, ..link.from.clone() }, ask);
         }
         self.add(link.action, &link.from, link.to.clone(), Vec::new());
-        self.pass(self.config.speeds().time_s(way.0, way.1) + time_s(&goal));
+        self.pass(self.rules.speeds().time_s(way.0, way.1) + time_s(&goal));
         Ok(())
     }
 
@@ -135,12 +138,12 @@ impl Draft<'_> {
 
     /// How what needs the free way of an action with this goal moves.
     fn motion(&self, from: &State, goal: &Goal) -> Motion {
-        let speeds = free_speeds(goal, self.config.speeds());
+        let speeds = free_speeds(goal, self.rules.speeds());
         Motion { begins: self.at, speeds, airborne: from.flying, is_load: goal.is_release() }
     }
 
     fn add(&mut self, action: Action, from: &State, mut to: State, ask: Vec<usize>) {
-        let mut nominal = action.parameters(from, &to, self.config);
+        let mut nominal = action.parameters(from, &to, self.rules);
         let motion = self.motion(from, &nominal.goal);
         let (begin, end) = free_way(&nominal.goal, (from.position, to.position));
         let needed = self.airspace.needed(begin, end, motion, &self.asked);

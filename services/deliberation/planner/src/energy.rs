@@ -1,6 +1,6 @@
 //! What steps take out of the battery, and which objective is given up where that is too much.
 
-use domain::energy::{EnergyModel, Leg, Wind};
+use domain::energy::Leg;
 use domain::geometry::Ned;
 use domain::mission::Progress;
 use domain::plan::Step;
@@ -11,17 +11,14 @@ use domain::state::State;
 use crate::actions::time_s;
 use crate::back_chaining;
 use crate::communication::SAME_PLACE_M;
-use crate::config::Config;
 use crate::objectives::{Objective, Objectives};
 use crate::plan::flight_time_s;
+use crate::rules::Rules;
 
 /// By what steps and ways are judged.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Judge<'a> {
-    pub model: &'a EnergyModel,
-    pub wind: Wind,
-    /// Speeds and tolerances.
-    pub config: &'a Config,
+    pub rules: &'a Rules,
 }
 
 /// What is known of the way from one state to another before a way is searched: flown straight.
@@ -36,21 +33,21 @@ impl Judge<'_> {
     /// What `step` takes, in Wh.
     pub(crate) fn step_wh(&self, step: &Step) -> f64 {
         let (from, to) = step.way();
-        self.piece_wh(&step.nominal.goal, from, to, flight_time_s(step, self.config))
+        self.piece_wh(&step.nominal.goal, from, to, flight_time_s(step, self.rules))
     }
 
     /// What a stay at `goal` takes, in Wh: nothing on the ground.
     pub(crate) fn stay_wh(&self, goal: &State, stay_s: f64) -> f64 {
-        if goal.flying { self.model.hover_wh(stay_s, self.wind) } else { 0.0 }
+        if goal.flying { self.rules.aircraft.energy.hover_wh(stay_s, self.rules.wind) } else { 0.0 }
     }
 
     /// Straight from `from` to `to`, takeoff and landing included.
     pub(crate) fn hop(&self, from: &State, to: &State) -> Hop {
-        let links = back_chaining::chain(from, to, self.config.tolerance(), self.config).unwrap_or_default();
+        let links = back_chaining::chain(from, to, self.rules.tolerance(), self.rules).unwrap_or_default();
         links.iter().fold(Hop::default(), |hop, link| {
-            let goal = link.action.parameters(&link.from, &link.to, self.config).goal;
+            let goal = link.action.parameters(&link.from, &link.to, self.rules).goal;
             let (from, to) = (link.from.position, link.to.position);
-            let time_s = self.config.speeds().time_s(from, to) + time_s(&goal);
+            let time_s = self.rules.speeds().time_s(from, to) + time_s(&goal);
             Hop { time_s: hop.time_s + time_s, energy_wh: hop.energy_wh + self.piece_wh(&goal, from, to, time_s) }
         })
     }
@@ -72,13 +69,15 @@ impl Judge<'_> {
 
     fn piece_wh(&self, goal: &Goal, from: Ned, to: Ned, time_s: f64) -> f64 {
         let more_wh = match goal {
-            Goal::Takeoff { .. } => self.model.takeoff_wh(self.wind),
-            Goal::Land => self.model.landing_wh(self.wind),
-            Goal::Position { .. } if SAME_PLACE_M < from.distance_m(to) => self.model.stop_wh(self.wind),
+            Goal::Takeoff { .. } => self.rules.aircraft.energy.takeoff_wh(self.rules.wind),
+            Goal::Land => self.rules.aircraft.energy.landing_wh(self.rules.wind),
+            Goal::Position { .. } if SAME_PLACE_M < from.distance_m(to) => {
+                self.rules.aircraft.energy.stop_wh(self.rules.wind)
+            }
             // What hovering for a release takes is in the time of the leg.
             Goal::Stop | Goal::Position { .. } | Goal::Velocity { .. } | Goal::Release { .. } => 0.0,
         };
-        self.model.leg_wh(Leg { from, to, time_s }, self.wind) + more_wh
+        self.rules.aircraft.energy.leg_wh(Leg { from, to, time_s }, self.rules.wind) + more_wh
     }
 }
 
@@ -96,7 +95,7 @@ pub(crate) fn to_give_up(
 ) -> Option<(usize, String)> {
     let (waiting, all) = (objectives.waiting(), objectives.all());
     let current = all.get(*waiting.first()?)?;
-    let budget = judge.model.budget(charge);
+    let budget = judge.rules.aircraft.energy.budget(charge);
     let stay_s = |index: usize| all[index].terms().dwell.as_secs_f64();
     let there_wh =
         steps.iter().map(|it| judge.step_wh(it)).sum::<f64>() + judge.stay_wh(&current.goal, stay_s(waiting[0]));

@@ -7,19 +7,19 @@ use domain::airspace::{latest, soonest, stays};
 use domain::plan::Step;
 
 use crate::airspace::{Access, Airspace};
-use crate::config::Config;
 use crate::plan::{flight_time, free_time_to, way_to_keep_free};
+use crate::rules::Rules;
 
 /// Sets the length of every permission that `steps` ask for, were the first of them begun now.
-pub(crate) fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
+pub(crate) fn set(steps: &mut [Step], airspace: &Airspace, rules: &Rules) {
     let mut begins = Duration::ZERO;
     for index in 0..steps.len() {
         let lengths: Vec<Duration> =
-            steps[index].ask.iter().map(|need| length(&need.area, &steps[index..], begins, airspace, config)).collect();
+            steps[index].ask.iter().map(|need| length(&need.area, &steps[index..], begins, airspace, rules)).collect();
         for (need, lasts) in steps[index].ask.iter_mut().zip(lengths) {
             need.lasts = lasts;
         }
-        begins = begins.saturating_add(duration(&steps[index], airspace, config));
+        begins = begins.saturating_add(duration(&steps[index], airspace, rules));
     }
 }
 
@@ -37,7 +37,7 @@ pub(crate) fn too_short(steps: &[Step], airspace: &Airspace) -> Option<(String, 
 }
 
 /// For how long the permission for `area` must hold if it is asked for during the first of `steps`, which begins then.
-fn length(area: &str, steps: &[Step], begins: Duration, airspace: &Airspace, config: &Config) -> Duration {
+fn length(area: &str, steps: &[Step], begins: Duration, airspace: &Airspace, rules: &Rules) -> Duration {
     let Some(zone) = airspace.zone(area) else { return Duration::ZERO };
     let (mut flown, mut left) = (Duration::ZERO, Duration::ZERO);
     for (index, step) in steps.iter().enumerate() {
@@ -48,12 +48,12 @@ fn length(area: &str, steps: &[Step], begins: Duration, airspace: &Airspace, con
         if let Some(stay) = stays(zone.area, from, to, airspace.rule.vertical_margin_m).last() {
             let inside = match step.releases() {
                 // The load may begin to fall at the end of the step.
-                true => flight_time(step, config).saturating_add(free_time_to(step, stay.leaves, config)),
-                false => flight_time(step, config).mul_f64(stay.leaves),
+                true => flight_time(step, rules).saturating_add(free_time_to(step, stay.leaves, rules)),
+                false => flight_time(step, rules).mul_f64(stay.leaves),
             };
             left = flown.saturating_add(inside);
         }
-        flown = flown.saturating_add(duration(step, airspace, config));
+        flown = flown.saturating_add(duration(step, airspace, rules));
     }
     let until = match airspace.rule.applies(zone.area) {
         // Of several windows the stay may lie in a later one.
@@ -66,11 +66,11 @@ fn length(area: &str, steps: &[Step], begins: Duration, airspace: &Airspace, con
 }
 
 /// The flight of `step`, and the wait for what it asks for.
-pub(crate) fn duration(step: &Step, airspace: &Airspace, config: &Config) -> Duration {
+pub(crate) fn duration(step: &Step, airspace: &Airspace, rules: &Rules) -> Duration {
     let waits = step.ask.iter().filter_map(|need| match airspace.zone(&need.area)?.access {
         Access::Ask { wait_s, .. } => Some(wait_s),
         Access::Closed { .. } => None,
     });
     let wait = Duration::try_from_secs_f64(waits.fold(0.0, f64::max)).unwrap_or(Duration::MAX);
-    flight_time(step, config).saturating_add(wait)
+    flight_time(step, rules).saturating_add(wait)
 }

@@ -7,9 +7,9 @@ use domain::plan::Step;
 use domain::time::Time;
 
 use crate::communication::SAME_PLACE_M;
-use crate::config::Config;
 use crate::permissions::Permissions;
 use crate::plan::{asking, flight_time};
+use crate::rules::Rules;
 
 /// Waiting for an area's back-off to end.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,12 +27,7 @@ pub(crate) struct Hold {
 
 /// The place of the first of `steps` that would ask for an area before its back-off is over, if they were begun
 /// `now`, and the hold that avoids it. Permission is asked for when a step begins, so only the flight before it counts.
-pub(crate) fn too_early(
-    steps: &[Step],
-    permissions: &Permissions,
-    now: Time,
-    config: &Config,
-) -> Option<(usize, Hold)> {
+pub(crate) fn too_early(steps: &[Step], permissions: &Permissions, now: Time, rules: &Rules) -> Option<(usize, Hold)> {
     let mut flown = Duration::ZERO;
     for (position, step) in steps.iter().enumerate() {
         for area in step.ask.iter().map(|need| &need.area) {
@@ -49,7 +44,7 @@ pub(crate) fn too_early(
             // It ends at once.
             continue;
         }
-        flown = flown.saturating_add(flight_time(step, config));
+        flown = flown.saturating_add(flight_time(step, rules));
     }
     None
 }

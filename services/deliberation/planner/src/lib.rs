@@ -6,7 +6,7 @@
 //!
 //! Messages become domain types here and in `wire` and `notes`; nothing below knows of them.
 
-use domain::energy::EnergyModel;
+use domain::aircraft::Aircraft;
 use domain::geometry::Ned;
 use domain::mission::{Mission, MissionAreas};
 use domain::plan::{Answered, Basis, Course, FlownStep, PlanReply, PlanRequest};
@@ -43,6 +43,7 @@ mod permissions;
 mod plan;
 mod repair;
 mod routing;
+mod rules;
 mod stuck;
 mod survey;
 mod wire;
@@ -53,12 +54,12 @@ mod tests;
 use config::Config;
 use known_areas::KnownAreas;
 use mission_planner::{Answer, Brought, MissionPlanner, Question};
+use rules::Rules;
 
 /// The planner as a process: its parameters, and caches.
 #[derive(Debug)]
 pub struct Planner {
-    config: Config,
-    energy: EnergyModel,
+    rules: Rules,
     pace: Pace,
     areas: KnownAreas,
     /// A question may be repeated while it is being answered.
@@ -75,10 +76,10 @@ enum Unanswerable {
 }
 
 impl Planner {
-    /// A planner for vehicles with these figures.
-    pub fn new(config: &Config, energy: &EnergyModel, pace: Pace) -> Planner {
+    /// A planner for vehicles like `aircraft`.
+    pub fn new(config: &Config, aircraft: &Aircraft, pace: Pace) -> Planner {
         let (areas, plans) = (KnownAreas::default(), Answers::default());
-        Planner { config: config.clone(), energy: *energy, pace, areas, plans }
+        Planner { rules: Rules::new(config.clone(), *aircraft), pace, areas, plans }
     }
 
     /// What `request` comes to where nothing of `mission` has been attempted.
@@ -164,7 +165,7 @@ impl Planner {
         let Basis { mission, vehicle_origin, wind, rest, flown, .. } = basis;
         let is_end = rest.is_empty();
         let brought = Brought { mission, notes, areas, vehicle_origin, wind, rest };
-        let mut core = MissionPlanner::going_on(&self.config, &self.energy, self.pace, brought)?;
+        let mut core = MissionPlanner::going_on(&self.rules, self.pace, brought)?;
         let last = flown.len().saturating_sub(1);
         for (index, FlownStep { step, state, at }) in flown.into_iter().enumerate() {
             core.flown(&step, is_end && index == last, &state, at);

@@ -14,7 +14,6 @@ mod state;
 
 use std::time::Duration;
 
-use domain::energy::EnergyModel;
 use domain::fmu::Gripper;
 use domain::geodesy::Origin;
 use domain::known_ground::KnownGround;
@@ -28,7 +27,6 @@ use domain::airspace::Grants;
 use crate::airspace::{self, Airspace, Around, Closures};
 use crate::asking_ahead;
 use crate::coming_back;
-use crate::config::Config;
 use crate::drafting::draft;
 use crate::free_order::Choice;
 use crate::grant_lengths;
@@ -38,6 +36,7 @@ use crate::permissions::Permissions;
 use crate::plan::{NEW, flight_time_s, in_words};
 use crate::repair::repair;
 use crate::routing::NoWay;
+use crate::rules::Rules;
 use crate::stuck::{Stuck, Verdict};
 use crate::survey::Via;
 
@@ -51,7 +50,7 @@ const OVER: Duration = Duration::from_secs(1);
 /// A mission as far as it has come, and all that is needed to plan it.
 #[derive(Debug)]
 pub(crate) struct MissionPlanner {
-    config: Config,
+    rules: Rules,
     pace: Pace,
     mission: Mission,
     /// With the mission's areas.
@@ -65,7 +64,6 @@ pub(crate) struct MissionPlanner {
     last_step_id: u64,
     stuck: Stuck,
     hold: Option<Hold>,
-    energy: EnergyModel,
     /// Where the vehicle's local frame has its origin; `None` as long as that is not known.
     vehicle_origin: Option<Origin>,
     /// When the mission's first plan was made.
@@ -129,9 +127,9 @@ impl Failed {
 
 impl MissionPlanner {
     /// A planner of a mission of which nothing was attempted.
-    pub(crate) fn new(config: &Config, energy: &EnergyModel, mission: Mission, pace: Pace) -> MissionPlanner {
+    pub(crate) fn new(rules: &Rules, mission: Mission, pace: Pace) -> MissionPlanner {
         MissionPlanner {
-            config: config.in_wind(energy.usual_wind()),
+            rules: rules.clone(),
             pace,
             objectives: Objectives::new(&mission.objectives),
             mission,
@@ -142,7 +140,6 @@ impl MissionPlanner {
             last_step_id: 0,
             stuck: Stuck::default(),
             hold: None,
-            energy: *energy,
             vehicle_origin: None,
             begun: None,
             edited: None,
@@ -167,7 +164,7 @@ impl MissionPlanner {
         for denial in denials.iter().filter(|it| self.mission.areas.iter().any(|area| area.name == it.area)) {
             match (denial.kind, known.get(&denial.area)) {
                 (DenialKind::TooShort, Some(granted)) => self.permissions.too_short(&denial.area, *granted, now.time),
-                _ => self.permissions.denied(denial, now.time, &self.config),
+                _ => self.permissions.denied(denial, now.time, &self.rules),
             }
         }
         let releases_next = self.rest.first().is_some_and(Step::releases);
@@ -182,7 +179,7 @@ impl MissionPlanner {
             failed.as_ref().zip(failure.filter(|it| !it.interrupted))
             && denials.is_empty()
         {
-            match self.stuck.failed(step, &state, &reason, self.tolerance(), &self.config) {
+            match self.stuck.failed(step, &state, &reason, self.tolerance(), &self.rules) {
                 Verdict::TryAgain => {}
                 Verdict::GiveUpObjective(reason) => {
                     self.conclude(Progress::Failure(reason));
@@ -230,7 +227,7 @@ impl MissionPlanner {
                 objective.ahead()
             };
             let airspace = self.airspace(&grants, &closures, now);
-            let mut steps = match steps_to(&state, &ahead, failed.take(), tolerance, &airspace, &self.config) {
+            let mut steps = match steps_to(&state, &ahead, failed.take(), tolerance, &airspace, &self.rules) {
                 Ok(steps) => steps,
                 Err(unreachable) => {
                     let hold = self
@@ -265,7 +262,7 @@ impl MissionPlanner {
                 }
                 continue;
             }
-            grant_lengths::set(&mut steps, &airspace, &self.config);
+            grant_lengths::set(&mut steps, &airspace, &self.rules);
             if let Some((area, reason)) = grant_lengths::too_short(&steps, &airspace) {
                 closures.insert(area, reason);
                 continue;
@@ -280,15 +277,15 @@ impl MissionPlanner {
                 self.objectives.give_up_rest(&reason);
                 return Answer::Finished;
             }
-            asking_ahead::set(&mut steps, &airspace, &self.config);
-            let early = too_early(&steps, &self.permissions, now.time, &self.config);
+            asking_ahead::set(&mut steps, &airspace, &self.rules);
+            let early = too_early(&steps, &self.permissions, now.time, &self.rules);
             let Some((position, hold)) = early else { return self.adopt(steps) };
             let is_trespassing = state.flying && airspace.is_trespassed(state.position);
-            if is_trespassing && steps.first().is_some_and(|it| flight_time_s(it, &self.config) > 0.0) {
+            if is_trespassing && steps.first().is_some_and(|it| flight_time_s(it, &self.rules) > 0.0) {
                 // Not to be waited for in here: out first, and the rest once there.
                 return self.adopt(without_asking_at(steps, position));
             }
-            if self.permissions.may_hold(&hold.area, hold.wait, &self.config) {
+            if self.permissions.may_hold(&hold.area, hold.wait, &self.rules) {
                 return self.holds(hold);
             }
         }
@@ -319,7 +316,7 @@ impl MissionPlanner {
                 self.arrived(now);
             }
         } else if step.reaches.matches(&goal, tolerance)
-            && let Some(reason) = self.stuck.missed(state, &goal, tolerance, &self.config)
+            && let Some(reason) = self.stuck.missed(state, &goal, tolerance, &self.rules)
         {
             self.conclude(Progress::Failure(reason));
         }
@@ -367,7 +364,7 @@ impl MissionPlanner {
 
     /// `text`, and the places of `mission` that wind brings too near to a border.
     pub(crate) fn with_wind(&self, text: String, mission: &Mission) -> String {
-        let near = mission.too_near_in_wind(self.config.wind_m_s.get());
+        let near = mission.too_near_in_wind(self.rules.config.wind_m_s.get());
         std::iter::once(text).chain(near).collect::<Vec<_>>().join("; ")
     }
 
@@ -416,10 +413,10 @@ fn steps_to(
     failed: Option<Failed>,
     tolerance: Tolerance,
     airspace: &Airspace,
-    config: &Config,
+    rules: &Rules,
 ) -> Result<Vec<Step>, NoWay> {
-    match failed.and_then(|it| repair(state, it.step, it.rest, tolerance, airspace, config)) {
+    match failed.and_then(|it| repair(state, it.step, it.rest, tolerance, airspace, rules)) {
         Some(steps) if !steps.is_empty() => Ok(steps),
-        _ => draft(state, ahead, tolerance, airspace, config),
+        _ => draft(state, ahead, tolerance, airspace, rules),
     }
 }

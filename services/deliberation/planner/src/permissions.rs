@@ -7,7 +7,7 @@ use domain::airspace::Grants;
 use domain::plan::{Denial, DenialKind};
 use domain::time::Time;
 
-use crate::config::Config;
+use crate::rules::Rules;
 
 /// The record of every area that was ever refused or held for.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -102,7 +102,7 @@ impl Permissions {
     }
 
     /// It was refused, or not answered.
-    pub(crate) fn denied(&mut self, denial: &Denial, now: Time, config: &Config) {
+    pub(crate) fn denied(&mut self, denial: &Denial, now: Time, rules: &Rules) {
         let record = self.records.entry(denial.area.clone()).or_default();
         let why = colon(&denial.reason);
         let (once, twice) = match denial.kind {
@@ -122,7 +122,7 @@ impl Permissions {
             standing @ Standing::DeniedForGood { .. } => standing,
             Standing::Open => Standing::DeniedOnce {
                 reason: format!("{once}{why}"),
-                retry_at: now + config.retry_after_denial_s.seconds(),
+                retry_at: now + rules.config.retry_after_denial_s.seconds(),
             },
             // Not asked since, so it is the same denial again.
             Standing::DeniedOnce { reason, retry_at } if now < retry_at => Standing::DeniedOnce { reason, retry_at },
@@ -145,15 +145,15 @@ impl Permissions {
     }
 
     /// Whether a hold of this length because of `area`, beside those before, is not too long.
-    pub(crate) fn may_still_hold(&self, area: &str, wait: Duration, config: &Config) -> bool {
+    pub(crate) fn may_still_hold(&self, area: &str, wait: Duration, rules: &Rules) -> bool {
         let held = self.records.get(area).map_or(Duration::ZERO, |it| it.held);
-        held.saturating_add(wait) <= config.hold_at_most_s.seconds()
+        held.saturating_add(wait) <= rules.config.hold_at_most_s.seconds()
     }
 
     /// Whether the vehicle may hold for another `wait` because of `area`; if not, the area is not
     /// asked for any more.
-    pub(crate) fn may_hold(&mut self, area: &str, wait: Duration, config: &Config) -> bool {
-        if self.may_still_hold(area, wait, config) {
+    pub(crate) fn may_hold(&mut self, area: &str, wait: Duration, rules: &Rules) -> bool {
+        if self.may_still_hold(area, wait, rules) {
             return true;
         }
         let record = self.records.entry(area.into()).or_default();
@@ -162,7 +162,7 @@ impl Permissions {
             Standing::Open | Standing::DeniedForGood { .. } => "denied by the control tower".to_owned(),
         };
         let reason =
-            format!("{reason}; not worth more than {} s of waiting", config.hold_at_most_s.seconds().as_secs());
+            format!("{reason}; not worth more than {} s of waiting", rules.config.hold_at_most_s.seconds().as_secs());
         record.standing = Standing::DeniedForGood { reason };
         false
     }
@@ -191,14 +191,14 @@ mod tests {
     use Course::*;
 
     fn after(course: &[Course]) -> Standing {
-        let config = Config::for_tests();
+        let rules = Rules::for_tests();
         let mut permissions = Permissions::default();
         let denial = |kind| Denial { area: "A".into(), kind, reason: "busy".into() };
         for it in course {
             match it {
-                Denied(at) => permissions.denied(&denial(DenialKind::Refused), second(*at), &config),
-                Silent(at) => permissions.denied(&denial(DenialKind::Silent), second(*at), &config),
-                Withheld(at) => permissions.denied(&denial(DenialKind::Withheld), second(*at), &config),
+                Denied(at) => permissions.denied(&denial(DenialKind::Refused), second(*at), &rules),
+                Silent(at) => permissions.denied(&denial(DenialKind::Silent), second(*at), &rules),
+                Withheld(at) => permissions.denied(&denial(DenialKind::Withheld), second(*at), &rules),
                 Granted => permissions.granted("A"),
             }
         }
@@ -232,15 +232,15 @@ mod tests {
 
     #[test]
     fn waiting_for_an_area_ends_once_it_has_taken_too_long_in_all() {
-        let config = Config::for_tests();
+        let rules = Rules::for_tests();
         let mut permissions = Permissions::default();
         let half = Duration::from_secs(60);
-        assert!(permissions.may_hold("A", half, &config));
+        assert!(permissions.may_hold("A", half, &rules));
         permissions.has_held("A", half);
         permissions.granted("A");
-        assert!(permissions.may_hold("A", half, &config));
+        assert!(permissions.may_hold("A", half, &rules));
         permissions.has_held("A", half);
-        assert!(!permissions.may_hold("A", Duration::from_secs(1), &config));
+        assert!(!permissions.may_hold("A", Duration::from_secs(1), &rules));
         assert!(matches!(permissions.standing("A"), Standing::DeniedForGood { .. }));
     }
 }

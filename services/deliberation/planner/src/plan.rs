@@ -8,7 +8,7 @@ use domain::plan::{Parameters, PermissionNeed, Step, StepId};
 use domain::skill::Goal;
 
 use crate::actions::{Action, free_speeds, free_way, time_s};
-use crate::config::Config;
+use crate::rules::Rules;
 
 /// The id of a step that has not been given one yet.
 pub(crate) const NEW: StepId = StepId(0);
@@ -39,14 +39,14 @@ pub(crate) fn hold(parameters: &mut Parameters, waits: bool) {
 }
 
 /// How long `step` is flown at least, in seconds.
-pub(crate) fn flight_time_s(step: &Step, config: &Config) -> f64 {
-    config.speeds().time_s(step.from, step.reaches.position) + time_s(&step.nominal.goal)
+pub(crate) fn flight_time_s(step: &Step, rules: &Rules) -> f64 {
+    rules.speeds().time_s(step.from, step.reaches.position) + time_s(&step.nominal.goal)
 }
 
 /// The same as a duration.
-pub(crate) fn flight_time(step: &Step, config: &Config) -> Duration {
+pub(crate) fn flight_time(step: &Step, rules: &Rules) -> Duration {
     let besides = Duration::from_secs_f64(time_s(&step.nominal.goal));
-    config.speeds().time(step.from, step.reaches.position).saturating_add(besides)
+    rules.speeds().time(step.from, step.reaches.position).saturating_add(besides)
 }
 
 /// The straight way that must be free for `step`.
@@ -55,14 +55,14 @@ pub(crate) fn way_to_keep_free(step: &Step) -> (Ned, Ned) {
 }
 
 /// How what needs that way moves if `step` begins at this time from now on.
-pub(crate) fn motion(step: &Step, begins: Duration, config: &Config) -> Motion {
+pub(crate) fn motion(step: &Step, begins: Duration, rules: &Rules) -> Motion {
     let airborne = action(step) != Action::Takeoff;
-    let speeds = free_speeds(&step.nominal.goal, config.speeds());
+    let speeds = free_speeds(&step.nominal.goal, rules.speeds());
     Motion { begins, speeds, airborne, is_load: step.releases() }
 }
 
 /// How long after the beginning of `step` this fraction of that way is behind.
-pub(crate) fn free_time_to(step: &Step, fraction: f64, config: &Config) -> Duration {
+pub(crate) fn free_time_to(step: &Step, fraction: f64, rules: &Rules) -> Duration {
     let (from, to) = way_to_keep_free(step);
-    free_speeds(&step.nominal.goal, config.speeds()).time_to(fraction, from, to)
+    free_speeds(&step.nominal.goal, rules.speeds()).time_to(fraction, from, to)
 }

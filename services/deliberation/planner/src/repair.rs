@@ -10,9 +10,9 @@ use domain::way::Asked;
 
 use crate::actions::Action;
 use crate::airspace::Airspace;
-use crate::config::Config;
 use crate::drafting::draft;
 use crate::plan::{NEW, action, asking, flight_time, motion, way_to_keep_free};
+use crate::rules::Rules;
 use crate::survey::Via;
 
 /// Steps from `state` to the goal of `failed`, then `rest`; `None` if that is not valid any more,
@@ -26,7 +26,7 @@ pub(crate) fn repair(
     rest: Vec<Step>,
     tolerance: Tolerance,
     airspace: &Airspace,
-    config: &Config,
+    rules: &Rules,
 ) -> Option<Vec<Step>> {
     if !state.flying || action(&failed) == Action::Takeoff {
         return None;
@@ -39,7 +39,7 @@ pub(crate) fn repair(
         return None;
     }
     let goal = Via { state: failed.reaches.clone(), passed: failed.passed as usize };
-    let mut steps = draft(state, &[goal], tolerance, airspace, config).ok()?;
+    let mut steps = draft(state, &[goal], tolerance, airspace, rules).ok()?;
     if steps.is_empty() && airspace.is_trespassed(state.position) {
         // It is where it was to be, and must not stay there.
         return None;
@@ -51,7 +51,7 @@ pub(crate) fn repair(
         steps.push(asking(last, ask));
     }
     steps.extend(rest);
-    is_valid(&steps, state.position, airspace, config).then_some(steps)
+    is_valid(&steps, state.position, airspace, rules).then_some(steps)
 }
 
 /// `failed` flown again by a vehicle that has reached its goal.
@@ -61,7 +61,7 @@ fn here(failed: &Step, position: Ned) -> Step {
 
 /// Whether no step touches an area that may not be entered then, nor was asked for in an earlier step; what the vehicle
 /// at `here` is in may be left.
-fn is_valid(steps: &[Step], here: Ned, airspace: &Airspace, config: &Config) -> bool {
+fn is_valid(steps: &[Step], here: Ned, airspace: &Airspace, rules: &Rules) -> bool {
     /// Only what begins now, and here, is leaving.
     const LATER: Duration = Duration::from_millis(1);
     let mut asked = Asked::new();
@@ -72,10 +72,10 @@ fn is_valid(steps: &[Step], here: Ned, airspace: &Airspace, config: &Config) -> 
             begins = begins.max(LATER);
         }
         let (begin, end) = way_to_keep_free(step);
-        let is_kept_out = !airspace.first_entries(begin, end, motion(step, begins, config), &asked).is_empty();
+        let is_kept_out = !airspace.first_entries(begin, end, motion(step, begins, rules), &asked).is_empty();
         let zones = airspace.zones.iter().enumerate();
         asked.extend(zones.filter(|(_, zone)| step.asks_for(&zone.area.name)).map(|(index, _)| index));
-        begins = begins.saturating_add(flight_time(step, config));
+        begins = begins.saturating_add(flight_time(step, rules));
         !is_kept_out
     })
 }

@@ -8,7 +8,7 @@ use domain::way::{self, Among, Asked, Entry, TimedWay, Trip};
 
 use crate::airspace::{Access, Airspace, Zone};
 use crate::back_chaining::NoChain;
-use crate::config::Config;
+use crate::rules::Rules;
 
 /// Why a goal cannot be reached, for the mission report.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -32,9 +32,9 @@ pub(crate) fn find(
     begins: Duration,
     airspace: &Airspace,
     asked: &Asked,
-    config: &Config,
+    rules: &Rules,
 ) -> Result<TimedWay, NoWay> {
-    let (trip, limits) = (Trip { from, to, begins, lands_from_m: None }, config.flight_limits());
+    let (trip, limits) = (Trip { from, to, begins, lands_from_m: None }, rules.flight_limits());
     let mut why = "no way keeps clear of every area";
     for (tried, is_forced) in FORCED.into_iter().enumerate() {
         let entries: Vec<Entry> = airspace.zones.iter().map(|it| entry(it, is_forced)).collect();

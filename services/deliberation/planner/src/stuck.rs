@@ -7,9 +7,9 @@ use domain::plan::Step;
 use domain::state::{State, Tolerance};
 
 use crate::actions::Action;
-use crate::config::Config;
 use crate::permissions::colon;
 use crate::plan::action;
+use crate::rules::Rules;
 
 /// What was tried in vain.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -50,19 +50,19 @@ impl Stuck {
         vehicle: &State,
         failure: &str,
         tolerance: Tolerance,
-        config: &Config,
+        rules: &Rules,
     ) -> Verdict {
         let name = action(step).name();
         let give_up = |times: u32| format!("{name} failed {times} times in a row{}", colon(failure));
         match action(step) {
             Action::Takeoff => {
                 self.takeoffs += 1;
-                let is_enough = config.takeoffs_at_most.get() <= self.takeoffs;
+                let is_enough = rules.config.takeoffs_at_most.get() <= self.takeoffs;
                 if is_enough { Verdict::GiveUpMission(give_up(self.takeoffs)) } else { Verdict::TryAgain }
             }
             Action::Land => {
                 self.landings += 1;
-                let is_enough = config.landings_at_most.get() <= self.landings;
+                let is_enough = rules.config.landings_at_most.get() <= self.landings;
                 if is_enough { Verdict::GiveUpObjective(give_up(self.landings)) } else { Verdict::TryAgain }
             }
             Action::Stop | Action::Position | Action::Release => {
@@ -74,7 +74,7 @@ impl Stuck {
                 let count = before.map_or(0, |last| last.count) + 1;
                 let (goal, vehicle) = (step.reaches.clone(), vehicle.clone());
                 self.last = Some(Failure { action: name.to_owned(), goal, vehicle, count });
-                let is_enough = config.failures_at_most.get() <= count;
+                let is_enough = rules.config.failures_at_most.get() <= count;
                 if is_enough { Verdict::GiveUpObjective(give_up(count)) } else { Verdict::TryAgain }
             }
         }
@@ -96,7 +96,7 @@ impl Stuck {
         vehicle: &State,
         goal: &State,
         tolerance: Tolerance,
-        config: &Config,
+        rules: &Rules,
     ) -> Option<String> {
         self.misses += 1;
         let higher_m = vehicle.position.height_m() - goal.position.height_m();
@@ -108,7 +108,7 @@ impl Stuck {
         }
         let apart_m = vehicle.position.horizontal_distance_m(goal.position);
         let times = self.misses;
-        (config.failures_at_most.get() <= times)
+        (rules.config.failures_at_most.get() <= times)
             .then(|| format!("{times} plans in a row have not reached it; the last one ended {apart_m:.1} m from it"))
     }
 

@@ -88,7 +88,7 @@ impl World {
             grants,
             clock: Clock { utc_ms: self.now.utc_ms, pace: self.setup.limits.pace },
             lead,
-            vertical_margin_m: self.setup.limits.config.vertical_margin_m.get(),
+            vertical_margin_m: self.setup.limits.aircraft.flight.vertical_margin_m.get(),
             ground: &self.planner.mission.ground,
         }
     }

@@ -20,7 +20,8 @@ impl World {
         let Some(power_w) = vehicle.power_w else { return };
         let wind = vehicle.wind.map_or(Wind::CALM, |(north_m_s, east_m_s)| Wind::Towards { north_m_s, east_m_s });
         let over_ground = (vehicle.velocity.north_m_s, vehicle.velocity.east_m_s);
-        let expected_w = self.setup.limits.energy.flight_w(over_ground, vehicle.velocity.climb_rate_m_s(), wind);
+        let expected_w =
+            self.setup.limits.aircraft.energy.flight_w(over_ground, vehicle.velocity.climb_rate_m_s(), wind);
         self.seen.consumption.measure(vehicle.heard.at, power_w, expected_w);
     }
 
@@ -55,7 +56,7 @@ impl World {
             Wind::Towards { north_m_s, east_m_s } => Some(v1::WindEstimate { north_m_s, east_m_s }),
             Wind::Against(_) => None,
         };
-        let airspeed_m_s = self.setup.limits.config.airspeed_m_s.get();
+        let airspeed_m_s = self.setup.limits.aircraft.flight.airspeed_m_s.get();
         Some(v1::EnergyOutlook {
             charge_wh: budget.charge_wh,
             usable_wh: budget.usable_wh,

@@ -25,12 +25,12 @@ impl World {
 
     /// The vehicle's figures, corrected by what the flight was measured to take.
     pub(super) fn energy(&self) -> EnergyModel {
-        self.setup.limits.energy.taking(self.seen.consumption.factor())
+        self.setup.limits.aircraft.energy.taking(self.seen.consumption.factor())
     }
 
     /// The wind that ways are reckoned in.
     pub(super) fn wind(&self) -> Wind {
-        let energy = &self.setup.limits.energy;
+        let energy = &self.setup.limits.aircraft.energy;
         let measured = self.seen.vehicle.and_then(|it| it.wind);
         measured.map_or(energy.usual_wind(), |it| energy.wind_where_measured(it))
     }
@@ -51,7 +51,7 @@ impl World {
     }
 
     fn speeds_in_wind(&self) -> Speeds {
-        let (airspeed_m_s, wind) = (self.setup.limits.config.airspeed_m_s.get(), self.wind());
+        let (airspeed_m_s, wind) = (self.setup.limits.aircraft.flight.airspeed_m_s.get(), self.wind());
         Speeds { airspeed_m_s, wind, ..self.flight_limits().speeds }
     }
 
@@ -59,7 +59,7 @@ impl World {
     pub(super) fn why_blown_away(&self) -> Option<String> {
         let since = self.watch.progress.blown_since?;
         let blown = self.now.time - since;
-        let (wind_m_s, airspeed_m_s) = (self.wind().speed_m_s(), self.setup.limits.config.airspeed_m_s.get());
+        let (wind_m_s, airspeed_m_s) = (self.wind().speed_m_s(), self.setup.limits.aircraft.flight.airspeed_m_s.get());
         (STRETCH <= blown).then(|| {
             let blown_s = blown.as_secs();
             format!("the wind has been {wind_m_s:.1} m/s for {blown_s} s, and it flies {airspeed_m_s:.1} m/s")

@@ -87,7 +87,7 @@ impl World {
 
     /// Where to stop on the way from `here` to `target`, before this breach; `None`: that is not worth flying.
     pub(super) fn before(&self, here: Ned, target: Ned, breach: &Breach) -> Option<Ned> {
-        let allowed_m = here.distance_m(breach.at) - self.setup.limits.config.transition_stand_off_m.get();
+        let allowed_m = here.distance_m(breach.at) - self.setup.limits.aircraft.flight.stand_off_m.get();
         (WORTH_FLYING_M <= allowed_m).then(|| here.towards(target, allowed_m / here.distance_m(target)))
     }
 

@@ -90,6 +90,7 @@ impl World {
             outcome: over.outcome,
             reason: over.reason.clone(),
             vehicle: self.mission.vehicle_name.clone(),
+            mission: self.planner.mission.status.mission.clone(),
             duration_s: self.mission.started_s.map_or(0.0, |it| (now_s - it).max(0.0)),
             objectives: objectives.map(objective).collect(),
         });

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
+use domain::aircraft::Aircraft;
 use domain::area::{Area, AreaKind};
 use domain::contingency::Contingencies;
-use domain::energy::EnergyModel;
 use domain::file::Source;
 use domain::geometry::Ned;
 use domain::mission::{Mission, MissionAreas};
@@ -34,21 +34,10 @@ permission_margin_s = 30.0
 retry_pause_s = 1.0
 arrival_radius_m = 1.5
 transition_speed_m_s = 4.0
-transition_stand_off_m = 20.0
-return_height_m = 15.0
-return_speed_m_s = 10.0
 slow_speed_m_s = 5.0
 climb_by_m = 20.0
-climb_m_s = 3.0
-descent_m_s = 1.5
-airspeed_m_s = 15.0
 braking_m_s2 = 3.0
-least_height_m = 5.0
-highest_m = 120.0
-clearance_m = 20.0
 farthest_out_m = 1000.0
-margin_m = 10.0
-vertical_margin_m = 2.0
 barrier_limit_s = 60.0
 leave_lead_s = 10.0
 airspace_period_s = 0.2
@@ -143,13 +132,8 @@ fn table_with(rows: &str) -> (Trees, Contingencies) {
 }
 
 /// The vehicle's figures of the shipped configuration.
-fn shipped_energy() -> EnergyModel {
-    #[derive(serde::Deserialize)]
-    struct Section {
-        energy: EnergyModel,
-    }
-    let section: Section = Source::read(&shipped("kittiwake.toml")).unwrap().parse().unwrap();
-    section.energy
+fn shipped_aircraft() -> Aircraft {
+    Source::read(&shipped("kittiwake.toml")).unwrap().parse().unwrap()
 }
 
 impl Rig {
@@ -189,7 +173,7 @@ impl Rig {
         Rig {
             changes: changes.iter().map(|&(from, to)| (from.to_owned(), to.to_owned())).collect(),
             rows: rows.to_owned(),
-            mcm: Mcm::new(&config, &shipped_energy(), "uav1", 1, &loaded, table, Pace::REAL_TIME)
+            mcm: Mcm::new(&config, &shipped_aircraft(), "uav1", 1, &loaded, table, Pace::REAL_TIME)
                 .unwrap()
                 .of_mission(&mission())
                 .measured_with(now_ns),

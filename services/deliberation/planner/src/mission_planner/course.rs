@@ -1,6 +1,5 @@
 //! A mission as far as it has come, as a question brings it and an answer takes it away.
 
-use domain::energy::EnergyModel;
 use domain::geodesy::Origin;
 use domain::mission::{self, InvalidObjective, Mission, Progress};
 use domain::plan::{MissionStatus, Step};
@@ -8,10 +7,10 @@ use domain::time::Pace;
 
 use super::MissionPlanner;
 use crate::airspace::Around;
-use crate::config::Config;
 use crate::known_areas::Known;
 use crate::notes::Notes;
 use crate::objectives::{Objective, Objectives};
+use crate::rules::Rules;
 
 pub(crate) struct Brought {
     /// Without its areas.
@@ -31,12 +30,7 @@ impl MissionPlanner {
     ///
     /// # Errors
     /// If the mission has an objective that no mission may have.
-    pub(crate) fn going_on(
-        config: &Config,
-        energy: &EnergyModel,
-        pace: Pace,
-        brought: Brought,
-    ) -> Result<MissionPlanner, InvalidObjective> {
+    pub(crate) fn going_on(rules: &Rules, pace: Pace, brought: Brought) -> Result<MissionPlanner, InvalidObjective> {
         let Brought { mission: status, notes, areas: Known { areas, feeds, map, .. }, vehicle_origin, wind, rest } =
             brought;
         let objectives: Vec<mission::Objective> = status.objectives.iter().map(|it| it.objective.clone()).collect();
@@ -47,9 +41,9 @@ impl MissionPlanner {
         let current = past.iter_mut().find(|it| it.status.progress == Progress::Waiting);
         current.into_iter().for_each(|it| it.dwells_since = notes.dwells_since);
         let MissionStatus { mission: name, order, sites, origin, .. } = status;
-        let wind = wind.map_or(energy.usual_wind(), |it| energy.wind_where_measured(it));
+        let wind = wind.map_or(rules.wind, |it| rules.aircraft.energy.wind_where_measured(it));
         Ok(MissionPlanner {
-            config: config.in_wind(wind),
+            rules: rules.in_wind(wind),
             objectives: Objectives::with_past(past),
             around: Around { map, ..Around::default() },
             permissions: notes.permissions,
@@ -60,12 +54,7 @@ impl MissionPlanner {
             hold: notes.hold,
             vehicle_origin,
             begun: notes.begun,
-            ..MissionPlanner::new(
-                config,
-                energy,
-                Mission { name, objectives, areas, order, sites, origin, feeds },
-                pace,
-            )
+            ..MissionPlanner::new(rules, Mission { name, objectives, areas, order, sites, origin, feeds }, pace)
         })
     }
 

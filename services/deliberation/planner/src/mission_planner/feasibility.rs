@@ -24,8 +24,8 @@ impl MissionPlanner {
     pub(crate) fn forecast(&self, mission: &Mission, state: &State, now: Now, wind: Wind) -> MissionForecast {
         let mut left_out: Vec<(String, String)> = Vec::new();
         loop {
-            let mut scratch = MissionPlanner::new(&self.config, &self.energy, mission.clone(), self.pace);
-            (scratch.permissions, scratch.config.wind) = (self.permissions.clone(), wind);
+            let mut scratch = MissionPlanner::new(&self.rules.in_wind(wind), mission.clone(), self.pace);
+            scratch.permissions = self.permissions.clone();
             scratch.forecast = Some(AsForecast::default());
             left_out.iter().for_each(|(name, reason)| scratch.objectives.give_up_named(name, reason));
             let forecast = forecast::fly_through(scratch, state.clone(), now);
@@ -40,7 +40,7 @@ impl MissionPlanner {
 
     /// Why nothing can be flown in this wind, if so.
     pub(super) fn too_windy(&self) -> Option<String> {
-        let speeds = self.config.speeds();
+        let speeds = self.rules.speeds();
         let (wind_m_s, airspeed_m_s) = (speeds.wind.speed_m_s(), speeds.airspeed_m_s);
         (!speeds.hold_in_wind()).then(|| {
             format!(
@@ -52,7 +52,7 @@ impl MissionPlanner {
     /// The answer where nothing can be flown in this wind: one that was measured passes, and is waited for.
     pub(super) fn answer_to_wind(&mut self) -> Option<Answer> {
         let reason = self.too_windy()?;
-        match (self.config.wind, &self.forecast) {
+        match (self.rules.wind, &self.forecast) {
             (Wind::Towards { .. }, None) => Some(Answer::Hold { wait: WIND_PASSES, reason, planned: false }),
             _ => {
                 self.objectives.give_up_rest(&reason);
@@ -82,7 +82,7 @@ impl MissionPlanner {
         }
         // The order is chosen.
         let rest = Mission { order: Order::Given, ..self.rest_of_mission() };
-        let forecast = self.forecast(&rest, state, now, self.config.wind);
+        let forecast = self.forecast(&rest, state, now, self.rules.wind);
         for (name, reason) in &forecast.left_out {
             self.objectives.give_up_named(name, reason);
         }
@@ -97,7 +97,7 @@ impl MissionPlanner {
     /// The objective that must be given up for `steps` to the current one to be flown, which may be that one, and why.
     pub(super) fn infeasible(&self, steps: &[Step], state: &State, now: Now) -> Option<(usize, String)> {
         let current = self.objectives.current_index();
-        let takes_s: f64 = steps.iter().map(|it| flight_time_s(it, &self.config)).sum();
+        let takes_s: f64 = steps.iter().map(|it| flight_time_s(it, &self.rules)).sum();
         let left_s = self.objectives.all().get(current).and_then(|it| self.time_left_s(it, now));
         if let Some(late_s) = left_s.map(|left_s| takes_s - left_s).filter(|it| 0.0 < *it) {
             return Some((current, format!("would be reached {late_s:.0} s too late, {takes_s:.0} s from now")));

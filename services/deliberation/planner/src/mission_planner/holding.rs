@@ -109,10 +109,10 @@ impl MissionPlanner {
         let grants: Grants = plan.grants.iter().filter_map(remaining).collect();
         let later = self.airspace(&grants, plan.closures, self.after(plan.now, wait));
         later.legs_left.set(*legs_left);
-        let drafted = steps_to(plan.state, plan.ahead, None, self.tolerance(), &later, &self.config);
+        let drafted = steps_to(plan.state, plan.ahead, None, self.tolerance(), &later, &self.rules);
         *legs_left = later.legs_left.get();
         let mut steps = drafted.ok()?;
-        grant_lengths::set(&mut steps, &later, &self.config);
+        grant_lengths::set(&mut steps, &later, &self.rules);
         if grant_lengths::too_short(&steps, &later).is_some() {
             return None;
         }
@@ -126,12 +126,13 @@ impl MissionPlanner {
         let PlanNow { state, airspace, now, .. } = plan;
         let PlanLater { steps, wait, .. } = later;
         let hover_wh = self.judge().stay_wh(state, wait.as_secs_f64());
-        let charge = state.charge.and_then(|it| Fraction::try_from(self.energy.charge_after(it, hover_wh)).ok());
+        let charge =
+            state.charge.and_then(|it| Fraction::try_from(self.rules.aircraft.energy.charge_after(it, hover_wh)).ok());
         let then = State { charge, ..state.clone() };
         // A forecast judges the mission as a whole, but what is hovered away is up to this choice.
         let takes_too_much = state.flying
             && charge.is_some_and(|it| energy::to_give_up(steps, &then, &self.objectives, it, &self.judge()).is_some());
-        self.permissions.may_still_hold(&area.name, *wait, &self.config)
+        self.permissions.may_still_hold(&area.name, *wait, &self.rules)
             && (!state.flying || airspace.rule.breach_at(state.position, *wait).is_none())
             && self.infeasible(steps, &then, self.after(now, *wait)).is_none()
             && !takes_too_much
@@ -139,7 +140,7 @@ impl MissionPlanner {
 
     /// How long `steps` take, waits that are to be expected included, in seconds.
     fn duration_s(&self, steps: &[Step], airspace: &Airspace) -> f64 {
-        steps.iter().map(|it| duration(it, airspace, &self.config).as_secs_f64()).sum()
+        steps.iter().map(|it| duration(it, airspace, &self.rules).as_secs_f64()).sum()
     }
 
     fn straight_s(&self, state: &State, ahead: &[Via]) -> f64 {
@@ -153,9 +154,9 @@ impl MissionPlanner {
         for step in steps {
             let (from, to) = way_to_keep_free(step);
             if let Some(stay) = stays(area, from, to, airspace.rule.vertical_margin_m).first() {
-                return begins.saturating_add(free_time_to(step, stay.enters, &self.config));
+                return begins.saturating_add(free_time_to(step, stay.enters, &self.rules));
             }
-            begins = begins.saturating_add(duration(step, airspace, &self.config));
+            begins = begins.saturating_add(duration(step, airspace, &self.rules));
         }
         Duration::ZERO
     }

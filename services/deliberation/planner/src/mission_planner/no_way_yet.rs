@@ -25,10 +25,10 @@ impl MissionPlanner {
         grants: &Grants,
         now: Now,
     ) -> Option<Hold> {
-        let soon = airspace.soon_over(self.config.hold_at_most_s.seconds());
+        let soon = airspace.soon_over(self.rules.config.hold_at_most_s.seconds());
         let last = soon.iter().copied().max_by_key(|(_, left)| *left)?;
         let is_trespassing = state.flying && airspace.is_trespassed(state.position);
-        let leaves = || leaving(state.position, &airspace.rule, &self.config.flight_limits());
+        let leaves = || leaving(state.position, &airspace.rule, &self.rules.flight_limits());
         let must_leave = is_trespassing && !matches!(leaves(), Leaving::Stays { .. });
         if must_leave {
             return None;
@@ -39,12 +39,12 @@ impl MissionPlanner {
             let closures = Closures::new();
             let around = Around { map: AreaMap::new(&areas), ground: self.around.ground.clone() };
             let then = (now, self.pace);
-            let later = Airspace::new((&areas, &around), grants, &self.permissions, &closures, then, &self.config);
+            let later = Airspace::new((&areas, &around), grants, &self.permissions, &closures, then, &self.rules);
             later.legs_left.set(most_legs);
-            steps_to(state, ahead, None, self.tolerance(), &later, &self.config).is_ok()
+            steps_to(state, ahead, None, self.tolerance(), &later, &self.rules).is_ok()
         };
         let is_worth_it = |(area, left): (&Area, Duration), most_legs: u32| {
-            self.permissions.may_still_hold(&area.name, left + OVER, &self.config) && opens_a_way(left, most_legs)
+            self.permissions.may_still_hold(&area.name, left + OVER, &self.rules) && opens_a_way(left, most_legs)
         };
         // What ends elsewhere is not waited for, unless nothing else helps.
         let ends = holding::ends_in_the_way(state, ahead, airspace, &soon);
@@ -70,7 +70,7 @@ impl MissionPlanner {
         let (area, reason) = too_short.iter().max_by_key(|(area, _)| left_of(area))?;
         let left = left_of(area)?;
         let wait = left + OVER;
-        if state.flying || !self.permissions.may_still_hold(area, wait, &self.config) {
+        if state.flying || !self.permissions.may_still_hold(area, wait, &self.rules) {
             return None;
         }
         let mut permissions = self.permissions.clone();
@@ -83,8 +83,8 @@ impl MissionPlanner {
         let closures = Closures::new();
         let at = (self.after(now, wait), self.pace);
         let around = (self.mission.areas.as_slice(), &self.around);
-        let later = Airspace::new(around, &grants, &permissions, &closures, at, &self.config);
-        steps_to(state, ahead, None, self.tolerance(), &later, &self.config).ok()?;
+        let later = Airspace::new(around, &grants, &permissions, &closures, at, &self.rules);
+        steps_to(state, ahead, None, self.tolerance(), &later, &self.rules).ok()?;
         let reason = format!("{reason}; asked for again once it has ended, in {} s", wait.as_secs());
         Some(Hold { area: area.clone(), since: now.time, wait, reason, outlasts_grant: true })
     }

@@ -60,7 +60,7 @@ fn in_words(distance_m: f64) -> String {
 impl MissionPlanner {
     /// Why a mission with this origin must not be flown by this vehicle, if so.
     pub(crate) fn misfit(&self, mission: Option<Origin>) -> Option<Misfit> {
-        misfit(mission, self.vehicle_origin, self.config.origin_tolerance_m.get())
+        misfit(mission, self.vehicle_origin, self.rules.config.origin_tolerance_m.get())
     }
 
     /// What a request for a plan is answered with because of the origin; `None` if there is no obstacle.

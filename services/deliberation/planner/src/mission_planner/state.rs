@@ -16,7 +16,7 @@ impl MissionPlanner {
     /// The mission's areas as they stand `now` for a vehicle that holds `grants`.
     pub(super) fn airspace<'a>(&'a self, grants: &'a Grants, closures: &Closures, now: Now) -> Airspace<'a> {
         let areas = (self.mission.areas.as_slice(), &self.around);
-        Airspace::new(areas, grants, &self.permissions, closures, (now, self.pace), &self.config)
+        Airspace::new(areas, grants, &self.permissions, closures, (now, self.pace), &self.rules)
     }
 
     /// Whether every objective is settled.
@@ -31,7 +31,7 @@ impl MissionPlanner {
     }
 
     pub(crate) fn judge(&self) -> Judge<'_> {
-        Judge { model: &self.energy, wind: self.config.wind, config: &self.config }
+        Judge { rules: &self.rules }
     }
 
     /// The mission as it would be put into a file now, with only what is still to be attempted.
@@ -42,7 +42,7 @@ impl MissionPlanner {
 
     /// How near to the current objective is there.
     pub(super) fn tolerance(&self) -> Tolerance {
-        self.objectives.tolerance(self.objectives.current_index(), self.config.tolerance())
+        self.objectives.tolerance(self.objectives.current_index(), self.rules.tolerance())
     }
 
     /// How long it is until `objective` must be arrived at, in mission seconds; less than nothing once that is over.

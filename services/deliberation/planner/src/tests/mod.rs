@@ -13,7 +13,8 @@ use kittiwake_proto::v1;
 use node::{Effect, Event, Node, Token};
 
 use crate::Planner;
-use crate::config::{Config, energy_for_tests};
+use crate::config::Config;
+use crate::rules::Rules;
 
 mod airspace;
 mod alternates;
@@ -95,7 +96,7 @@ impl Story {
     fn of(mission_text: &str) -> Story {
         let mission = mission(mission_text);
         Story {
-            planner: Planner::new(&Config::for_tests(), &energy_for_tests(), Pace::REAL_TIME),
+            planner: Planner::new(&Config::for_tests(), &Rules::for_tests().aircraft, Pace::REAL_TIME),
             now: Now { time: Time::ZERO, utc_ms: UTC_START_MS },
             state: v1::PlanningState { position: Some(v1::Ned::default()), ..Default::default() },
             origin: None,
@@ -117,7 +118,7 @@ impl Story {
 
     /// The planner is another process, with this configuration.
     fn restart_with(&mut self, config: &Config) {
-        self.planner = Planner::new(config, &energy_for_tests(), Pace::REAL_TIME);
+        self.planner = Planner::new(config, &Rules::for_tests().aircraft, Pace::REAL_TIME);
     }
 
     /// The planner is another process, which knows nothing.

@@ -66,8 +66,8 @@ fn mission_among(areas: &[Area], goal: Ned) -> Mission {
 
 fn planner(areas: &[Area], goal: Ned) -> MissionPlanner {
     // Hardly any wait is expected, so that areas are asked for rather than flown round.
-    let config = Config { expected_wait_s: 0.01.try_into().unwrap(), ..Config::for_tests() };
-    MissionPlanner::new(&config, &energy_for_tests(), mission_among(areas, goal), Pace::REAL_TIME)
+    let rules = Rules::of(Config { expected_wait_s: 0.01.try_into().unwrap(), ..Config::for_tests() });
+    MissionPlanner::new(&rules, mission_among(areas, goal), Pace::REAL_TIME)
 }
 
 fn from(position: Ned, held: &BTreeSet<String>) -> Question {
@@ -78,7 +78,7 @@ fn from(position: Ned, held: &BTreeSet<String>) -> Question {
 /// No step enters an area that is neither held nor asked for in an earlier step, or a keep-out
 /// area; only what the vehicle started in may be left, by at most a climb and a leg.
 fn assert_allowed(steps: &[Step], areas: &[Area], held: &BTreeSet<String>) -> Result<(), TestCaseError> {
-    let margin_m = Config::for_tests().vertical_margin_m.get();
+    let margin_m = Rules::for_tests().aircraft.flight.vertical_margin_m.get();
     let start = steps[0].way().0;
     let is_allowed =
         |area: &Area, allowed: &BTreeSet<String>| area.kind == AreaKind::Permission && allowed.contains(&area.name);
@@ -129,8 +129,8 @@ proptest! {
         if let Answer::Plan(steps) = answer {
             prop_assert!(!steps.is_empty());
             assert_allowed(&steps, &areas, &held)?;
-            let config = Config::for_tests();
-            let (least_m, highest_m) = (height_m.min(config.least_height_m.get()), height_m.max(config.highest_m.get()));
+            let rules = Rules::for_tests();
+            let (least_m, highest_m) = (height_m.min(rules.aircraft.flight.least_height_m.get()), height_m.max(rules.aircraft.flight.highest_m.get()));
             for step in steps.iter().filter(|it| action(it) == Action::Position) {
                 let to_m = step.way().1.height_m();
                 prop_assert!((least_m..=highest_m).contains(&to_m), "{step:?}");
@@ -150,12 +150,12 @@ proptest! {
         let held: BTreeSet<String> = chosen.map(|(_, it)| it.name.clone()).collect();
         let request = from(start.at_height(height_m), &held);
         let Answer::Plan(steps) = planner(&areas, goal).replan(request, Now::default()) else { return Ok(()) };
-        let config = Config::for_tests();
+        let rules = Rules::for_tests();
         let mut begins = vec![Duration::ZERO];
         for step in &steps {
-            begins.push(begins[begins.len() - 1] + flight_time(step, &config));
+            begins.push(begins[begins.len() - 1] + flight_time(step, &rules));
         }
-        let lead = config.ask_ahead_s.seconds();
+        let lead = rules.config.ask_ahead_s.seconds();
         let mut ahead = BTreeSet::new();
         for (during, step) in steps.iter().enumerate() {
             for it in &step.ask_ahead {

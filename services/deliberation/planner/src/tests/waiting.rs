@@ -182,15 +182,15 @@ fn arrives_s(until_s: Option<i64>, east_m: (f64, f64), north_m: (f64, f64)) -> f
         origin: None,
         feeds: Vec::new(),
     };
-    let config = Config::for_tests();
-    let mut planner = MissionPlanner::new(&config, &energy_for_tests(), mission, Pace::REAL_TIME);
+    let rules = Rules::for_tests();
+    let mut planner = MissionPlanner::new(&rules, mission, Pace::REAL_TIME);
     let mut now = Now { time: Time::ZERO, utc_ms: UTC_START_MS };
     for _ in 0..8 {
         let state = State::new(Ned::default(), false);
         let question = Question { state, grants: Grants::new(), failed: None, denials: Vec::new() };
         match planner.replan(question, now) {
             Answer::Plan(steps) => {
-                let flown_s: f64 = steps.iter().map(|it| flight_time_s(it, &config)).sum();
+                let flown_s: f64 = steps.iter().map(|it| flight_time_s(it, &rules)).sum();
                 return now.time.as_secs_f64() + flown_s;
             }
             Answer::Hold { wait, .. } => now = planner.after(now, wait),
