@@ -464,9 +464,12 @@ pub enum Injection {
 /// For `kittiwake status`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n    kittiwake status                                          of the system that runs here\n    kittiwake status --vehicle uav1                          of another, with KITTIWAKE_URL and KITTIWAKE_TOKEN"
+    after_help = "Examples:\n    kittiwake status                                          of the system that runs here\n    kittiwake status --vehicle uav1                          of another, with KITTIWAKE_URL and KITTIWAKE_TOKEN\n    kittiwake status --all | jq .energy                      everything that is known, as JSON"
 )]
 pub struct StatusArgs {
+    /// Prints everything that is known, as JSON
+    #[arg(long)]
+    pub all: bool,
     #[command(flatten)]
     pub target: TargetArgs,
 }

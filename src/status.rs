@@ -6,9 +6,11 @@ use std::time::{Duration, Instant};
 
 use reqwest::StatusCode;
 use reqwest::blocking::Client;
+use serde_json::Value;
 
 use crate::cli::StatusArgs;
 use crate::http_client::{client, parse, root_cause};
+use crate::operate::show;
 use crate::outcome::Outcome;
 use crate::output;
 use crate::target::{Environment, Target};
@@ -18,7 +20,7 @@ const LIMIT: Duration = Duration::from_secs(5);
 /// Between two tries.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// Prints the vehicle's live state as JSON.
+/// Prints the vehicle's live state on a screen, or everything as JSON.
 pub fn status(args: &StatusArgs) -> Outcome {
     let answer = Target::find(&args.target).and_then(|target| {
         let url = format!("{}/api/v1/vehicles/{}", target.http.trim_end_matches('/'), target.vehicle);
@@ -28,8 +30,8 @@ pub fn status(args: &StatusArgs) -> Outcome {
         answer(&client, &url, &target.vehicle).map_err(|cause| format!("unavailable: {url} {cause}"))
     });
     match answer {
-        Ok(body) => {
-            output::line(body);
+        Ok(state) => {
+            output::line(if args.all { format!("{state:#}") } else { show::vehicle(&state) });
             Outcome::Success
         }
         Err(cause) => {
@@ -41,7 +43,7 @@ pub fn status(args: &StatusArgs) -> Outcome {
 
 /// The answer to a request that is repeated while a gateway that has just started may not know the
 /// vehicle yet, or is being started again.
-fn answer(client: &Client, url: &str, vehicle: &str) -> Result<String, String> {
+fn answer(client: &Client, url: &str, vehicle: &str) -> Result<Value, String> {
     let until = Instant::now() + LIMIT;
     loop {
         let failure = match ask(client, url) {
@@ -65,10 +67,9 @@ fn ask(client: &Client, url: &str) -> reqwest::Result<(StatusCode, String)> {
     Ok((response.status(), response.text()?))
 }
 
-/// The state of this vehicle with a line for each value; `None` for anything else.
-fn state(body: &str, vehicle: &str) -> Option<String> {
-    let json: serde_json::Value = serde_json::from_str(body).ok()?;
-    (json["vehicle"] == vehicle).then(|| format!("{json:#}"))
+/// The state of this vehicle; `None` for anything else.
+fn state(body: &str, vehicle: &str) -> Option<Value> {
+    serde_json::from_str(body).ok().filter(|it: &Value| it["vehicle"] == vehicle)
 }
 
 #[cfg(test)]
@@ -77,7 +78,7 @@ mod tests {
 
     #[test]
     fn only_that_of_the_vehicle_is_a_state() {
-        assert_eq!(state(r#"{"vehicle":"uav1"}"#, "uav1").as_deref(), Some("{\n  \"vehicle\": \"uav1\"\n}"));
+        assert_eq!(state(r#"{"vehicle":"uav1"}"#, "uav1"), Some(serde_json::json!({ "vehicle": "uav1" })));
         for other in ["<html></html>", "null", "[[[[", "7", "", r#"{"vehicle":"uav2"}"#, r#"{"status":"ok"}"#] {
             assert_eq!(state(other, "uav1"), None, "{other}");
         }

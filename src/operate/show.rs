@@ -8,9 +8,19 @@ use crate::plan::now;
 
 /// Every vehicle on a line.
 pub fn fleet(document: &Value) -> String {
-    let columns =
-        ["VEHICLE", "CONTACT", "PHASE", "FLYING", "HEIGHT", "BATTERY", "OBJECTIVE", "RESPONDS TO", "WORST", "OUTCOME"];
-    let mut lines = heading(columns);
+    let mut lines = heading([
+        "VEHICLE",
+        "CONTACT",
+        "PHASE",
+        "FLYING",
+        "HEIGHT",
+        "BATTERY",
+        "OBJECTIVE",
+        "RESPONDS TO",
+        "WORST",
+        "OUTCOME",
+        "WAITS FOR",
+    ]);
     let (lost, heard): (Vec<_>, Vec<_>) = each(&document["vehicles"]).partition(|it| it["contact"]["lost"] == true);
     for it in lost.into_iter().chain(heard) {
         let flying = match it["flying"].as_bool() {
@@ -29,6 +39,7 @@ pub fn fleet(document: &Value) -> String {
             text(&it["acting"]).to_owned(),
             text(&it["worst"]).to_owned(),
             word(&it["outcome"], "MISSION_OUTCOME_"),
+            waits_for(&it["waitsFor"]),
         ]);
     }
     table(lines)
@@ -78,7 +89,7 @@ pub fn vehicle(it: &Value) -> String {
             lines.push(vec![name.to_owned(), found]);
         }
     };
-    add("waits for", waits_for(it));
+    add("waits for", waits_for(&it["waitsFor"]));
     add("holding", said(&mission["hold"]));
     let contingency = |it: &Value| {
         let seen = it["acknowledgedBy"].as_str().filter(|it| !it.is_empty());
@@ -197,28 +208,12 @@ fn energy(it: &Value) -> String {
     parts.join("; ")
 }
 
-fn waits_for(vehicle: &Value) -> String {
-    let operator = &vehicle["operator"];
-    let is_left_to_autopilot = each(&vehicle["contingencies"]["active"]).any(|it| it["flag"] == "autopilot_preempts");
-    let approval = &operator["planApproval"];
-    if let Some(crash) = operator["uninspectedCrash"].as_str().filter(|it| !it.is_empty()) {
-        format!("an inspection: the vehicle has crashed, {crash}; then order `inspected`")
-    } else if operator["startAwaited"] == true {
-        "the operator's start".to_owned()
-    } else if approval.is_object() {
-        let default = if approval["approveByDefault"] == true { "approved" } else { "rejected" };
-        format!(
-            "approval of plan {}; {default} by default in {} s",
-            text(&approval["revision"]),
-            number(&approval["untilS"], 0)
-        )
-    } else if operator["paused"] == true {
-        "the operator to resume".to_owned()
-    } else if is_left_to_autopilot {
-        "the autopilot to end its own failsafe, or an operator's order".to_owned()
-    } else {
-        String::new()
-    }
+fn waits_for(waits: &Value) -> String {
+    let words = |it: &Value| match it["untilS"].as_f64() {
+        Some(left) => format!("{}: {} by default in {left:.0} s", text(&it["what"]), text(&it["default"])),
+        None => text(&it["what"]).to_owned(),
+    };
+    joined(each(waits).map(words))
 }
 
 fn progress(mission: &Value, current: &Value) -> String {
@@ -274,7 +269,7 @@ mod tests {
         let document = json!({
             "vehicle": "uav1",
             "command": { "holder": "anna", "offeredTo": "ben" },
-            "operator": { "paused": true },
+            "waitsFor": [{ "what": "approval of plan 3", "untilS": 40.0, "default": "rejected" }, { "what": "the operator to resume" }],
             "mission": { "name": "reference", "phase": "MISSION_PHASE_NOMINAL", "currentObjective": 0,
                 "objectives": [{}, {}], "hold": "" },
             "plan": { "current": { "stepNumber": 2, "stepCount": 5, "distanceLeftM": 41.2 } },
@@ -287,7 +282,7 @@ mod tests {
         });
         let expected = "uav1         nominal, offboard, armed\ncommand      anna, offered to ben\n\
             position     (0, 90, 10) north, east, height in m; 5.0 m/s\nbattery      82 %\n\
-            mission      reference, objective 1 of 2, step 2 of 5, 41 m left\nwaits for    the operator to resume\n\
+            mission      reference, objective 1 of 2, step 2 of 5, 41 m left\nwaits for    approval of plan 3: rejected by default in 40 s, the operator to resume\n\
             flags        obstacle (by hand, acknowledged by ben)\npermissions  A granted\nprocesses    planner is stale";
         assert_eq!(vehicle(&document), expected);
     }

@@ -114,6 +114,7 @@ impl Progress {
         MissionReport {
             reason: reason.to_owned(),
             vehicle: vehicle.to_owned(),
+            mission: self.mission.mission.clone(),
             objectives: objectives.collect(),
             ..Default::default()
         }

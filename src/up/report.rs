@@ -81,6 +81,7 @@ mod tests {
             outcome: MissionOutcome::Failure.into(),
             reason: "an objective failed".into(),
             vehicle: "uav1".into(),
+            mission: "reference".into(),
             duration_s: 331.4,
             objectives: vec![
                 objective("deliver", ObjectiveState::Failure, "B never answered"),

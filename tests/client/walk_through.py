@@ -8,13 +8,8 @@ import time
 import uuid
 
 from client import AuthenticatedClient
-from client.api.default import (
-    get_api_v1_vehicles,
-    get_api_v1_vehicles_id,
-    post_api_v1_vehicles_id_command_take,
-    post_api_v1_vehicles_id_pause,
-    post_api_v1_vehicles_id_resume,
-)
+from client.api.orders import post_vehicles_id_pause, post_vehicles_id_resume
+from client.api.vehicles import get_vehicles, get_vehicles_id, post_vehicles_id_command_take
 from client.models import (
     KittiwakeV1Fleet,
     KittiwakeV1MissionOutcome,
@@ -29,7 +24,7 @@ LIMIT_S = 240
 
 def entry(client, name):
     """The vehicle's line in the fleet."""
-    fleet = get_api_v1_vehicles.sync(client=client)
+    fleet = get_vehicles.sync(client=client)
     assert isinstance(fleet, KittiwakeV1Fleet), fleet
     return next((it for it in fleet.vehicles if name in (None, it.vehicle)), None)
 
@@ -55,19 +50,19 @@ def main(url, token):
     with AuthenticatedClient(base_url=url, token=token) as client:
         name = until(client, None, "a vehicle is there", lambda it: True).vehicle
 
-        problem = get_api_v1_vehicles_id.sync("nobody", client=client)
+        problem = get_vehicles_id.sync("nobody", client=client)
         assert isinstance(problem, KittiwakeV1Problem), problem
         assert problem.status == 404 and problem.type_ == "urn:kittiwake:problem:no-such-vehicle", problem
 
         until(client, name, "it flies", lambda it: it.flying is True)
-        ordered(post_api_v1_vehicles_id_pause.sync(name, client=client, idempotency_key=str(uuid.uuid4())))
+        ordered(post_vehicles_id_pause.sync(name, client=client, idempotency_key=str(uuid.uuid4())))
         until(client, name, "it holds for the operator", lambda it: it.acting == "operator_pause")
-        state = get_api_v1_vehicles_id.sync(name, client=client)
+        state = get_vehicles_id.sync(name, client=client)
         assert isinstance(state, KittiwakeV1Vehicle), state
         assert state.contingencies.acting == "operator_pause", state.contingencies
-        taken = post_api_v1_vehicles_id_command_take.sync(name, client=client)
+        taken = post_vehicles_id_command_take.sync(name, client=client)
         assert not isinstance(taken, KittiwakeV1Problem), taken
-        ordered(post_api_v1_vehicles_id_resume.sync(name, client=client, idempotency_key=str(uuid.uuid4())))
+        ordered(post_vehicles_id_resume.sync(name, client=client, idempotency_key=str(uuid.uuid4())))
         done = until(client, name, "the mission is over", lambda it: it.phase == KittiwakeV1MissionPhase.MISSION_PHASE_OVER)
         assert done.outcome == KittiwakeV1MissionOutcome.MISSION_OUTCOME_SUCCESS, done
 

@@ -57,6 +57,9 @@ fn an_injection_is_checked_and_the_status_is_printed() {
     check(&system, &["fault", "wind", "3", "-4"], 0, "north 3, east -4");
     check(&system, &["fault"], 0, "swallow_acks COUNT");
     assert_eq!(system.status()["vehicle"], "uav1");
+    let screen = kittiwake(&["status", "--pid", &system.pid().to_string()]);
+    let screen = String::from_utf8_lossy(&screen.stdout).into_owned();
+    assert!(screen.starts_with("uav1") && screen.lines().count() < 25, "{screen}");
 }
 
 #[test]

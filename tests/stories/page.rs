@@ -81,11 +81,11 @@ fn the_tree_includes_its_subtrees_and_says_why_nodes_failed() {
     // The tree that the executor has made of the step is shown below it.
     let executor = wait_for("the executor", || level(&browser, "NominalExecutor"));
     wait_for("the step below the executor", || level(&browser, "step").filter(|it| *it == executor + 1));
-    assert_eq!(level(&browser, "contingency behavior"), None, "idle nodes are folded");
-    browser.click("#tree-active");
+    assert_eq!(level(&browser, "contingency behavior"), None, "idle nodes are not sent");
+    browser.wait_for("#tree", " idle");
+    assert!(system.inject(&["flag", "obstacle"]).status.success());
     let included = wait_for("the included tree", || level(&browser, "contingency behavior"));
     assert_eq!(level(&browser, "contingencies").map(|it| it + 1), Some(included));
-    assert!(system.inject(&["flag", "obstacle"]).status.success());
     browser.wait_for("#tree [data-failed]", "ago");
     browser.picture("tree");
     browser.click("#tree [aria-level='1']");

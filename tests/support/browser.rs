@@ -69,6 +69,9 @@ impl Browser {
     #[track_caller]
     pub fn visit(&self, url: &str) {
         self.runtime.block_on(self.client.goto(url)).expect("the page can be opened");
+        // All panels, where there are any.
+        let all = "const it = document.getElementById('layout'); if (it) { it.value = 'engineer'; it.dispatchEvent(new Event('change')) }";
+        self.run(all, vec![]);
     }
 
     /// The text of the first element that matches; `None` if none is visible.

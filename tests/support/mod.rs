@@ -212,7 +212,7 @@ impl System {
     #[track_caller]
     pub fn status(&self) -> Value {
         wait_for("a status", || {
-            let output = kittiwake(&["status", "--pid", &self.pid().to_string()]);
+            let output = kittiwake(&["status", "--all", "--pid", &self.pid().to_string()]);
             output.status.success().then(|| serde_json::from_slice(&output.stdout).expect("the status is JSON"))
         })
     }

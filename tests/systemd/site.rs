@@ -64,8 +64,7 @@ impl Site {
 
     /// What the gateway says of the vehicle, if it can be asked.
     pub fn vehicle(&self) -> Option<Value> {
-        let ask =
-            "KITTIWAKE_URL=http://127.0.0.1:8080 KITTIWAKE_TOKEN=$(cat operator-token) kittiwake status --vehicle uav1";
+        let ask = "KITTIWAKE_URL=http://127.0.0.1:8080 KITTIWAKE_TOKEN=$(cat operator-token) kittiwake status --all --vehicle uav1";
         let output = self.ground.try_run(ask);
         output.status.success().then(|| serde_json::from_slice(&output.stdout).expect("the status is JSON"))
     }

@@ -15,6 +15,8 @@ const CLASSES = {
   ALARM_CAUTION: { rank: 2, tone: "warn", form: "◆", word: "caution", beeps: 1 },
   ALARM_ADVISORY: { rank: 1, tone: "accent", form: "●", word: "advisory", beeps: 0 },
 };
+/** Something that is decided without anybody, if nobody does so in time. */
+const DECISION = { rank: 2, tone: "warn", form: "◇", word: "decision", beeps: 1 };
 const TITLE = document.title;
 /** Minutes for which an alarm can be shelved. */
 const SHELVES = [5, 15, 60];
@@ -31,7 +33,7 @@ export function mountAlarms() {
   const { sound, notify } = mountNotices();
   let known = new Set();
   let open = [];
-  const acknowledgeAll = () => open.filter((it) => !it.isSilence).forEach(acknowledge);
+  const acknowledgeAll = () => open.filter((it) => it.isFlag).forEach(acknowledge);
   return () => {
     const every = alarmsOfAll();
     open = every.filter((it) => !isShelved(it.key));
@@ -39,7 +41,7 @@ export function mountAlarms() {
     attribute(bar, "hidden", !every.length);
     attribute(bar, "data-tone", open.length ? worst(open).tone : null);
     list(rows, open, (it) => it.key, make, fill);
-    attribute(all, "hidden", open.length < 2 || !mayAcknowledge());
+    attribute(all, "hidden", open.filter((it) => it.isFlag).length < 2 || !mayAcknowledge());
     attribute(shelved, "hidden", !resting);
     text(shelved, `${resting} shelved until ${shelvedUntil(every.map((it) => it.key))}: show`);
     const first = open[0];
@@ -59,31 +61,33 @@ const worst = (alarms) => alarms.reduce((a, b) => (a.rank < b.rank ? b : a));
 
 const mayAcknowledge = () => has("safety") || has("operator");
 
-/** What is active and nobody has acknowledged, on any vehicle: the first to come is the first to be told, and none is left out. */
+/** What is active and nobody has acknowledged, on any vehicle, and what waits for a decision: the first to come is the first to be told. */
 function alarmsOfAll() {
-  const selected = isCutOff() ? [] : alarmsOf(store.selected, store.doc?.contingencies?.active, store.doc?.contingencies?.acting, store.doc?.contingencies?.way);
+  const selected = isCutOff() || !store.doc ? [] : alarmsOf({ ...store.doc, ...store.doc.contingencies, contingencies: store.doc.contingencies?.active });
   // The list shows the last state of an unreachable vehicle, with its age: here it would stand for ever.
   const others = store.vehicles.filter((it) => it.vehicle !== store.selected);
-  const ofOther = (it) => (it.contact?.lost ? [silence(it)] : alarmsOf(it.vehicle, it.contingencies, it.acting));
+  const ofOther = (it) => (it.contact?.lost ? [silence(it)] : alarmsOf(it));
   return [...selected, ...others.flatMap(ofOther)].sort((a, b) => b.sinceS - a.sinceS);
 }
 
 /** A vehicle that is not heard; of the selected one a banner of its own tells that. */
 function silence({ vehicle, contact }) {
-  return { ...CLASSES.ALARM_WARNING, key: `${vehicle} contact`, vehicle, flag: "no_contact", sinceS: contact.wallAgeS, response: "", way: null, isSilence: true };
+  return { ...CLASSES.ALARM_WARNING, key: `${vehicle} contact`, vehicle, flag: "no_contact", sinceS: contact.wallAgeS, more: "" };
 }
 
-function alarmsOf(vehicle, active, acting, way) {
-  const open = (active ?? []).filter((it) => !it.acknowledgedBy && 1 < alarmOf(it.alarm).rank);
-  return open.map((it) => {
-    const acts = acting === it.flag;
-    return { ...alarmOf(it.alarm), key: `${vehicle} ${it.flag}`, vehicle, flag: it.flag, sinceS: it.sinceS, response: acts ? it.action : "", way: acts ? way : null };
+function alarmsOf({ vehicle, contingencies, acting, way, waitsFor }) {
+  const open = (contingencies ?? []).filter((it) => !it.acknowledgedBy && 1 < alarmOf(it.alarm).rank);
+  const flags = open.map((it) => {
+    const response = acting === it.flag ? `, ${firstAction(it.action)}${way ? `: ${responseWords(way)}` : ""}` : "";
+    return { ...alarmOf(it.alarm), key: `${vehicle} ${it.flag}`, vehicle, flag: it.flag, sinceS: it.sinceS, more: response, isFlag: true };
   });
+  const decisions = (waitsFor ?? []).filter((it) => it.untilS != null);
+  return [...decisions.map((it) => ({ ...DECISION, key: `${vehicle} waits for ${it.what}`, vehicle, flag: it.what, sinceS: 0, more: `, ${it.default} in ${clock(it.untilS)}` })), ...flags];
 }
 
 /** `▲ uav1 warning: battery low, return home. Home, down in 0:35.` */
-function words({ form, word, vehicle, flag: name, response, way }) {
-  return `${form} ${vehicle} ${word}: ${flag(name)}${response ? `, ${firstAction(response)}` : ""}${way ? `: ${responseWords(way)}` : ""}.`;
+function words({ form, word, vehicle, flag: name, more }) {
+  return `${form} ${vehicle} ${word}: ${flag(name)}${more}.`;
 }
 
 function make(it) {
@@ -96,7 +100,7 @@ function make(it) {
   };
   const show = () => {
     select(it.vehicle);
-    document.getElementById("contingencies").scrollIntoView({ block: "nearest" });
+    document.getElementById(it.word === DECISION.word ? "commands" : "contingencies").scrollIntoView({ block: "nearest" });
   };
   return h(
     "li",
@@ -110,9 +114,9 @@ function make(it) {
 
 function fill(row, it) {
   text(part(row, "words"), words(it));
-  text(part(row, "since"), clock(it.sinceS));
+  text(part(row, "since"), it.sinceS ? clock(it.sinceS) : "");
   attribute(row, "data-tone", it.tone);
-  attribute(part(row, "acknowledge"), "hidden", it.isSilence || !mayAcknowledge());
+  attribute(part(row, "acknowledge"), "hidden", !it.isFlag || !mayAcknowledge());
 }
 
 /** Whether this client may is decided by the gateway: of a vehicle that is not selected the page does not know who has command. */

@@ -24,6 +24,7 @@ function severity(it) {
   if (it.contact?.lost) return 20;
   // An advisory, as one's own order is, does not put a vehicle before one in trouble.
   if (it.worst) return { 3: 12, 2: 10, 1: 3 }[alarmOf(it.worstAlarm).rank];
+  if (it.waitsFor?.some((wait) => wait.untilS != null)) return 10;
   const ended = it.outcome && it.outcome !== "MISSION_OUTCOME_SUCCESS" ? 6 : 0;
   return Math.max(ended, SEVERITY.indexOf(it.phase?.replace("MISSION_PHASE_", "")));
 }
@@ -38,7 +39,8 @@ function stateOf(it) {
   const progress = it.objectives && !it.outcome ? `${Math.min((it.currentObjective ?? 0) + 1, it.objectives)}/${it.objectives}` : "";
   const height = it.flying ? `in the air${it.heightM == null ? "" : `, ${number(it.heightM)} m`}` : "";
   const battery = it.batteryRemaining == null ? "" : `${number(it.batteryRemaining * 100)} %`;
-  return [state, progress, height, battery].filter(Boolean).join(" · ");
+  const waits = (it.waitsFor ?? []).map((wait) => `waits for ${wait.what}`);
+  return [state, ...waits, progress, height, battery].filter(Boolean).join(" · ");
 }
 
 function make(it) {

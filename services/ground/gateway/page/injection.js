@@ -51,15 +51,10 @@ export function mountInjection() {
   return () => {
     attribute(panel, "hidden", !store.session?.simulation || !(has("operator") || has("safety")));
     if (panel.open && vehicle && vehicle !== store.selected) ask();
-    fillOptions(flags, flagsOf(store.doc?.tree?.nodes ?? []), flag);
+    fillOptions(flags, store.session?.flags ?? [], flag);
     for (const it of [raise, clear]) disabledFor(it, isCutOff() ? "not connected" : flags.value ? "" : "no flag is known");
     disabledFor(go, isCutOff() ? "not connected" : faults.value ? "" : "no fault is known");
   };
-}
-
-/** The rows of the contingency table as they stand in the tree: each is a sequence that begins with its flag. */
-function flagsOf(nodes) {
-  return nodes.filter((_, index) => nodes[index + 1]?.kind === "Responds").map((it) => it.name);
 }
 
 function fillOptions(select, values, words) {

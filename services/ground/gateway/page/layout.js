@@ -12,7 +12,7 @@ export function mountLayout() {
   for (const [value, label] of Object.entries(LAYOUTS)) select.append(h("option", { value }, label));
   const apply = () => attribute(document.documentElement, "data-layout", select.value);
   const kept = localStorage.getItem(LAYOUT);
-  select.value = kept in LAYOUTS ? kept : "engineer";
+  select.value = kept in LAYOUTS ? kept : "operator";
   select.addEventListener("change", () => {
     localStorage.setItem(LAYOUT, select.value);
     apply();

@@ -11,6 +11,9 @@ const PLOTS = [
   { key: "tick", below: "tickMedian", label: "Tick time, max", unit: "ms", decimals: 2, least: 1, else: { key: "ticks", label: "Tree ticks", unit: "/s", decimals: 0, least: 10 } },
 ];
 
+/** Milliseconds between two samples that are not joined: the vehicle was not heard meanwhile. */
+const GAP_MS = 2500;
+
 /** Mission time under the pointer, the same in all plots. */
 let pointed = null;
 
@@ -75,7 +78,10 @@ function draw({ plot, label, value, canvas }) {
     context.strokeStyle = colour(tone);
     context.lineWidth = 1.5;
     context.beginPath();
-    samples.forEach((it, index) => context[index ? "lineTo" : "moveTo"](x(it.at), y(it[key] ?? 0)));
+    samples.forEach((it, index) => {
+      const joined = index && it.seenAt - samples[index - 1].seenAt < GAP_MS;
+      context[joined ? "lineTo" : "moveTo"](x(it.at), y(it[key] ?? 0));
+    });
     context.stroke();
   };
   if (shown.below) curve(shown.below, "muted");

@@ -321,6 +321,7 @@ function onStatus(doc) {
   const seconds = before ? (Date.parse(doc.utc) - Date.parse(before.utc)) / 1000 : 0;
   store.samples.push({
     at: doc.missionTimeS,
+    seenAt: docAt,
     height: derived?.heightM,
     speed: derived?.groundSpeedMS,
     battery: aircraft?.battery ? aircraft.battery.remaining * 100 : null,

@@ -36,7 +36,7 @@ export function mountTop() {
     const badge = document.getElementById("phase");
     const report = doc?.report;
     const lost = !isCutOff() && lostFor() != null;
-    text(badge, lost ? `no contact for ${age(lostFor())}` : report ? `over: ${outcome(report.outcome)}` : phase(doc?.mission?.phase));
+    text(badge, lost ? `no contact for ${age(lostFor())}` : report ? `over: ${outcome(report.outcome)}` : doc?.operator?.startAwaited ? "waits for start" : phase(doc?.mission?.phase));
     attribute(badge, "data-tone", lost ? "bad" : tone(doc));
     text(document.getElementById("response"), lost || report ? "" : responding(doc) || sentence(waitingWords()));
     text(document.getElementById("mission-time"), doc && doc.missionTimeS == null ? "not known yet" : clock(doc?.missionTimeS));

@@ -1,4 +1,4 @@
-// The behavior tree as it runs. Idle nodes are folded until the operator opens them.
+// The behavior tree as it runs. Idle nodes are not sent, only their number.
 
 import { attribute, h, list, part, text } from "./dom.js";
 import { store } from "./store.js";
@@ -11,18 +11,12 @@ const RECENT_S = 10;
 
 /** Opened or closed by the operator: path -> open. */
 const chosen = new Map();
-let activeOnly = true;
 
 export function mountTree() {
   const body = document.querySelector("#tree .body");
   const facts = h("span", { class: "muted figure", "data-part": "facts" });
-  const toggle = h("button", { class: "chip", id: "tree-active", "aria-pressed": "true", click: () => {
-    activeOnly = !activeOnly;
-    chosen.clear();
-    attribute(toggle, "aria-pressed", String(activeOnly));
-  } }, "fold idle nodes");
   const rows = h("div", { class: "tree", role: "tree", "aria-label": "Behavior tree" });
-  body.append(h("div", { class: "chips" }, toggle, facts), rows);
+  body.append(h("div", { class: "chips" }, facts), rows);
   rows.addEventListener("keydown", onKey);
   return () => {
     const tree = store.doc?.tree;
@@ -57,7 +51,7 @@ function isRecent(node) {
 }
 
 function isOpen(node) {
-  return chosen.get(node.path) ?? (!activeOnly || node.active);
+  return chosen.get(node.path) ?? node.active;
 }
 
 function visible(nodes) {
@@ -89,7 +83,8 @@ function fill(row, node) {
   text(part(row, "glyph"), GLYPHS[node.status] ?? "?");
   attribute(part(row, "glyph"), "title", node.status.toLowerCase());
   text(part(row, "name"), node.name);
-  text(part(row, "kind"), node.kind === node.name ? "" : node.kind);
+  const kind = node.kind === node.name ? "" : node.kind;
+  text(part(row, "kind"), node.folded ? `${kind} +${node.folded} idle` : kind);
   text(part(row, "reason"), node.reason ? `${node.reason}, ${age(node.failedAgoS)} ago` : "");
   attribute(row, "data-status", node.status);
   attribute(row, "data-failed", isRecent(node) ? "true" : null);

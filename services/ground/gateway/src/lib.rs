@@ -121,9 +121,7 @@ impl Gateway {
         };
         let api = Api {
             config: config.clone(),
-            thresholds: session::thresholds(contingencies.rows()).into(),
-            without_contact: session::without_contact(contingencies.rows()).into(),
-            waivers: session::waivers(contingencies.waivers()).into(),
+            of_table: session::of_table(contingencies).into(),
             ages,
             snapshot: snapshots,
             journals: histories,

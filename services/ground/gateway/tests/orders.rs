@@ -517,7 +517,7 @@ async fn a_session_has_the_configuration_that_a_client_needs() {
     let page = session.as_object_mut().and_then(|it| it.remove("page"));
     assert!(page.as_ref().and_then(|it| it.as_str()).is_some_and(|it| it.len() == 16), "{page:?}");
     let expected = json!({
-        "name": "operator", "roles": ["operator"], "simulation": true, "speed": 1.0, "statusRateHz": 2.0, "thresholds": [], "withoutContact": [], "waivers": [],
+        "name": "operator", "roles": ["operator"], "simulation": true, "speed": 1.0, "statusRateHz": 2.0, "thresholds": [], "withoutContact": [], "waivers": [], "flags": [],
     });
     assert_eq!(session, expected);
 }

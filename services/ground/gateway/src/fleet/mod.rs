@@ -139,6 +139,12 @@ impl FleetState {
 }
 
 impl VehicleState {
+    /// The report of the mission that it has: that of the one before says nothing of the next.
+    pub(crate) fn report(&self) -> Option<&v1::MissionReport> {
+        let report = message_of(&self.mcm)?.report.as_ref()?;
+        message_of(&self.mission).is_none_or(|it| it.mission == report.mission).then_some(report)
+    }
+
     /// How long ago it was heard; `None` if it never was.
     pub(crate) fn silent_for(&self, now: Time) -> Option<Duration> {
         self.heard.map(|heard| now - heard)

@@ -105,7 +105,9 @@ pub(crate) async fn guard(site: Site, route: Route, request: Request, next: Next
 }
 
 fn identify(site: &Site, headers: &HeaderMap) -> Result<Identity, Problem> {
-    let token = headers.get(AUTHORIZATION).and_then(|it| it.to_str().ok()?.strip_prefix("Bearer "));
+    // The scheme in any case: RFC 9110, section 11.1.
+    let split = headers.get(AUTHORIZATION).and_then(|it| it.to_str().ok()?.split_once(' '));
+    let token = split.filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer")).map(|(_, token)| token);
     let valid = site.api.tokens.get();
     let found = token.and_then(|it| valid.identify(it.trim(), utc_ms_now()));
     found

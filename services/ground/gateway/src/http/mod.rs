@@ -76,9 +76,8 @@ mod unprintable;
 #[derive(Debug, Clone)]
 pub struct Api {
     pub(crate) config: Config,
-    pub(crate) thresholds: Arc<[v1::session::Threshold]>,
-    pub(crate) without_contact: Arc<[v1::session::WithoutContact]>,
-    pub(crate) waivers: Arc<[v1::session::Waiver]>,
+    /// What a session says of the contingency table.
+    pub(crate) of_table: Arc<v1::Session>,
     pub(crate) ages: Ages,
     pub(crate) snapshot: watch::Receiver<Arc<Snapshot>>,
     pub(crate) journals: watch::Receiver<Journals>,

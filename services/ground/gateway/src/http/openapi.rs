@@ -1,5 +1,7 @@
 //! The OpenAPI 3.1 document of the routes; its schemas are those of the contract's messages.
 
+use std::collections::BTreeSet;
+
 use kittiwake_proto::{schema, v1};
 use prost::Name;
 use serde_json::{Map, Value, json};
@@ -49,8 +51,10 @@ pub(crate) fn document<'a>(table: impl Iterator<Item = &'a Route> + Clone) -> Va
 
 fn operation(route: &Route) -> Value {
     let roles: Vec<&str> = route.access.roles().iter().map(|role| role.name()).collect();
-    let id = format!("{}{}", route.method.name(), route.path.replace(['/', '{', '}'], " "));
-    let id = id.split([' ', '-', '.']).filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-");
+    let path = route.path.strip_prefix("/api/v1").unwrap_or(route.path);
+    let words: Vec<&str> = path.split(['/', '{', '}', '-', '.']).filter(|word| !word.is_empty()).collect();
+    let id = [&[route.method.name()], &words[..]].concat().join("-");
+    let tag = if route.access.needs_key() { "orders" } else { words.first().unwrap_or(&"page") };
     let names = route.path.split('/').filter_map(|part| part.strip_prefix('{')?.strip_suffix('}'));
     let mut parameters: Vec<Value> = names
         .map(|name| json!({ "name": name, "in": "path", "required": true, "schema": { "type": "string" } }))
@@ -64,6 +68,7 @@ fn operation(route: &Route) -> Value {
     }
     let mut operation = json!({
         "operationId": id,
+        "tags": [tag],
         "summary": route.summary,
         "parameters": parameters,
         "responses": { "200": reply(route.reply), "default": {
@@ -145,9 +150,10 @@ fn event(schemas: &Map<String, Value>, message: &str) -> Value {
     for (name, of) in added["properties"].as_object().into_iter().flatten() {
         schema["properties"][name] = of.clone();
     }
-    let of_message = schema["required"].as_array().cloned().unwrap_or_default();
-    let required = of_message.into_iter().chain(added["required"].as_array().cloned().unwrap_or_default());
-    schema["required"] = required.collect();
+    let required = [&schema["required"], &added["required"]].map(|it| it.as_array().cloned().unwrap_or_default());
+    // Some messages have a `utc` of their own.
+    let required: BTreeSet<String> = required.concat().iter().filter_map(|it| it.as_str().map(str::to_owned)).collect();
+    schema["required"] = json!(required);
     schema
 }
 

@@ -74,7 +74,7 @@ impl Served {
     }
 
     pub(crate) async fn send(&self, method: &str, path: &str, who: &str) -> Response {
-        let request = Request::builder().method(method).uri(path).header("authorization", format!("Bearer {who}"));
+        let request = Request::builder().method(method).uri(path).header("authorization", format!("bearer {who}"));
         self.router.clone().oneshot(request.body(Body::empty()).unwrap()).await.unwrap()
     }
 

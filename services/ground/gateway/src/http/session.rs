@@ -3,9 +3,8 @@
 use axum::Extension;
 use axum::extract::State;
 use axum::response::Response;
-use domain::contingency::Row;
-use domain::contingency::hazard;
 use domain::contingency::snapshot::Field;
+use domain::contingency::{Contingencies, Row, hazard};
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::session::{Threshold, Waiver, WithoutContact};
 
@@ -20,17 +19,27 @@ pub(crate) async fn session(State(site): State<Site>, Extension(request): Extens
         roles: request.who.role_names(),
         simulation: site.api.config.simulation,
         status_rate_hz: site.api.config.status_rate_hz.get(),
-        thresholds: site.api.thresholds.to_vec(),
-        without_contact: site.api.without_contact.to_vec(),
-        waivers: site.api.waivers.to_vec(),
         speed: site.api.ages.pace.speed(),
         page: page::tag(),
+        ..v1::Session::clone(&site.api.of_table)
     })
+}
+
+/// What every session says of the contingency table.
+pub(crate) fn of_table(table: &Contingencies) -> v1::Session {
+    let rows = table.rows();
+    v1::Session {
+        thresholds: thresholds(rows),
+        without_contact: without_contact(rows),
+        waivers: waivers(table.waivers()),
+        flags: rows.iter().map(|it| it.flag.clone()).collect(),
+        ..Default::default()
+    }
 }
 
 /// The values at which rows of the contingency table act, in the order of the rows. An expression has one if it is one
 /// comparison of a field with a constant.
-pub(crate) fn thresholds(rows: &[Row]) -> Vec<Threshold> {
+fn thresholds(rows: &[Row]) -> Vec<Threshold> {
     let of_row = |row: &Row| {
         let threshold = row.when.as_ref()?.raises.threshold()?;
         let (quantity, value, above) = (threshold.field.name().to_owned(), threshold.value, threshold.above);
@@ -41,7 +50,7 @@ pub(crate) fn thresholds(rows: &[Row]) -> Vec<Threshold> {
 }
 
 /// What the table leaves unanswered on purpose.
-pub(crate) fn waivers(waivers: &[hazard::Waiver]) -> Vec<Waiver> {
+fn waivers(waivers: &[hazard::Waiver]) -> Vec<Waiver> {
     let told = |it: &hazard::Waiver| Waiver {
         hazard: it.hazard.name.to_owned(),
         sign: it.hazard.sign.to_string(),
@@ -52,7 +61,7 @@ pub(crate) fn waivers(waivers: &[hazard::Waiver]) -> Vec<Waiver> {
 }
 
 /// What a vehicle does that does not hear the ground in flight, the earliest first.
-pub(crate) fn without_contact(rows: &[Row]) -> Vec<WithoutContact> {
+fn without_contact(rows: &[Row]) -> Vec<WithoutContact> {
     let of_row = |row: &Row| {
         let silence = row.when.as_ref()?.raises.threshold().filter(|it| it.field == Field::LinkSilence)?;
         let (flag, response) = (row.flag.clone(), row.severity().in_words().to_owned());

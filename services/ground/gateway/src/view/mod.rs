@@ -15,6 +15,7 @@ use crate::fleet::{Snapshot, VehicleState, message_of};
 #[cfg(test)]
 mod tests;
 pub(crate) mod vehicle;
+mod waits;
 
 /// How moments become ages.
 #[derive(Debug, Clone, Copy)]
@@ -45,7 +46,7 @@ fn fleet_entry(name: &str, state: &VehicleState, now: Time, ages: Ages) -> v1::f
     v1::fleet::Entry {
         vehicle: name.to_owned(),
         phase: mcm.map(|it| it.phase),
-        outcome: mcm.and_then(|it| it.report.as_ref()).map(|report| report.outcome),
+        outcome: state.report().map(|report| report.outcome),
         current_objective: planner.map(|it| it.current_objective),
         objectives: planner.map(|it| u32::try_from(it.objectives.len()).unwrap_or(u32::MAX)),
         worst: worst.map(|row| row.flag.clone()),
@@ -59,6 +60,7 @@ fn fleet_entry(name: &str, state: &VehicleState, now: Time, ages: Ages) -> v1::f
         contingencies: mcm.map_or_else(Vec::new, |it| it.contingencies.clone()),
         global_position: introspection.and_then(|it| it.global_position),
         course_deg: introspection.and_then(|it| it.local_position.as_ref()?.velocity).and_then(course_deg),
+        waits_for: mcm.map_or_else(Vec::new, waits::waits_for),
     }
 }
 

@@ -123,9 +123,12 @@ fn the_running_skill_comes_with_its_own_feedback() {
 
 #[test]
 fn the_report_is_there_once_the_mission_is_over() {
-    let report = v1::MissionReport { outcome: v1::MissionOutcome::Success as i32, ..Default::default() };
-    let view = after([v1::McmStatus { report: Some(report), ..Default::default() }.into()]);
-    assert_eq!(view["report"]["outcome"], "MISSION_OUTCOME_SUCCESS");
+    let outcome = v1::MissionOutcome::Success as i32;
+    let report = v1::MissionReport { outcome, mission: "drop".into(), ..Default::default() };
+    let over = || Message::from(v1::McmStatus { report: Some(report.clone()), ..Default::default() });
+    let mission = |name: &str| Message::from(v1::MissionStatus { mission: name.into(), ..Default::default() });
+    assert_eq!(after([mission("drop"), over()])["report"]["outcome"], "MISSION_OUTCOME_SUCCESS");
+    assert_eq!(after([over(), mission("survey")])["report"], Value::Null, "it says nothing of the next mission");
 }
 
 #[test]
@@ -184,7 +187,7 @@ fn the_fleet_has_what_an_operator_of_several_looks_for() {
     let expected = json!({
         "vehicle": "uav1", "phase": "MISSION_PHASE_UNSPECIFIED", "flying": true, "acting": "battery_low",
         "batteryRemaining": 0.6, "heightM": 12.0, "contact": { "wallAgeS": 1.0, "lost": false },
-        "contingencies": [],
+        "contingencies": [], "waitsFor": [],
     });
     assert_eq!(*entry, expected);
 }

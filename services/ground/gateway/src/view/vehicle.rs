@@ -8,6 +8,7 @@ use kittiwake_proto::v1::vehicle as doc;
 
 use crate::fleet::processes::{Health, Process, Processes};
 use crate::fleet::{Seen, Snapshot, VehicleState, message_of};
+use crate::view::waits::waits_for;
 use crate::view::{Ages, contact, utc};
 
 /// Wall time after which the reported wind and traffic are out of date: five periods of a receiver's reports.
@@ -44,11 +45,12 @@ pub(crate) fn vehicle(
         alternates: mcm.map_or_else(Vec::new, |it| it.alternates.clone()),
         energy: mcm.and_then(|it| it.energy.clone()),
         awaited: mcm.map_or_else(Vec::new, |it| it.awaited.clone()),
+        waits_for: mcm.map_or_else(Vec::new, waits_for),
         tree: tree(state),
         aircraft: aircraft(state),
         traffic: state.traffic.values().filter_map(|it| traffic(it, now, ages)).collect(),
         wind: state.wind.as_ref().filter(|it| ages.wall(it, now) < REPORT_LIFETIME).map(|it| *it.message),
-        report: mcm.and_then(|it| it.report.clone()),
+        report: state.report().cloned(),
         processes: processes(state, &snapshot.fleet.ground, now, ages),
         sources: Some(sources(state, now, ages)),
         tower: tower(state, &snapshot.fleet.ground, now, ages),

@@ -4,11 +4,23 @@
 
 use serde_json::{Map, Value};
 
+/// The items of `required` are distinct: JSON Schema 2020-12, section 6.5.3.
+#[track_caller]
+fn expect_each_required_once(schema: &Value) {
+    if let Some(required) = schema["required"].as_array() {
+        let again = required.iter().enumerate().find(|(index, name)| required[..*index].contains(name));
+        assert_eq!(again, None, "{schema}");
+    }
+    let members = schema.as_object().into_iter().flat_map(|it| it.values());
+    members.chain(schema.as_array().into_iter().flatten()).for_each(expect_each_required_once);
+}
+
 /// An OpenAPI document.
 pub struct Description(Value);
 
 impl Description {
     pub fn new(document: Value) -> Description {
+        expect_each_required_once(&document);
         Description(document)
     }
 
