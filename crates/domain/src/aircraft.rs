@@ -1,4 +1,4 @@
-//! What the aircraft does: how it flies, the same for plans and for responses, and what that takes out of the battery.
+//! How the aircraft flies, in plans and in responses, and what that takes out of the battery.
 
 use serde::Deserialize;
 
@@ -10,12 +10,12 @@ use crate::way::FlightLimits;
 /// Ways lead past under and over areas this far beyond the vertical margin, in metres. (ENG: as far as a height may be off in the air.)
 const HEIGHT_CLEARANCE_M: f64 = 2.0;
 
-/// Both sections.
+/// The sections `[flight]` and `[energy]` of the configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Aircraft {
     /// How it flies.
     pub flight: Flight,
-    /// What that takes.
+    /// What its flight takes out of the battery.
     pub energy: EnergyModel,
 }
 
@@ -61,7 +61,7 @@ impl Flight {
         }
     }
 
-    /// What bounds its ways, at these speeds.
+    /// Heights and distances of its ways, with these speeds.
     pub fn limits(&self, speeds: Speeds) -> FlightLimits {
         FlightLimits {
             speeds,

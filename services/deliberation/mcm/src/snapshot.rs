@@ -1,7 +1,7 @@
-//! The tree for operators, as far as it says something: nodes in preorder, those of held trees below their leaf.
+//! The tree for operators: nodes in preorder, those of held trees below their leaf.
 //!
-//! Of nearly two thousand nodes a dozen run at a time, and the whole tree is too large for a narrow link. Below a node that is idle, and has no
-//! reason to tell of, nothing is sent but the number of nodes there.
+//! Of nearly two thousand nodes a dozen run at a time, and the whole tree is too large for a narrow link. A branch in which every node is idle,
+//! and none has a reason, is sent as its first node with the number of the others.
 
 use std::time::Duration;
 
@@ -15,11 +15,11 @@ pub(crate) fn snapshot<World>(tree: &Tree<World>, now: Duration) -> v1::TreeSnap
     v1::TreeSnapshot { nodes }
 }
 
-/// What a node and all below it come to.
+/// A node with all nodes below it.
 #[derive(Clone, Copy)]
 struct Branch {
     nodes: u32,
-    /// One of them is not idle, or has a reason to tell of.
+    /// One of them is not idle, or has a reason.
     speaks: bool,
 }
 

@@ -67,8 +67,8 @@ impl Search<'_> {
 
     /// The best place from `here`, in the air on `leg`.
     fn best(&mut self, leg: &LegForecast, here: Ned, at: Now) -> Option<Alternate> {
-        let judge = self.planner.judge();
-        let (rules, limits) = (judge.rules, judge.rules.in_wind(self.wind).flight_limits());
+        let rules = self.planner.rules();
+        let limits = rules.in_wind(self.wind).flight_limits();
         let grants: Grants = leg.held.iter().map(|it| (it.clone(), Duration::MAX)).collect();
         let airspace = Airspace {
             areas: &self.mission.areas,
@@ -81,12 +81,12 @@ impl Search<'_> {
         let view = Viewpoint {
             from: here,
             around: Surroundings { airspace, map: &self.map, limits: &limits, ends_at: SiteKind::Landing },
-            energy: &judge.rules.aircraft.energy,
+            energy: &rules.aircraft.energy,
             wind: self.wind,
         };
         // Nothing is known here of the charge below which a response lands: what is in the battery counts.
         let left = leg.charge.and_then(|it| Fraction::try_from(it).ok());
-        let charge = Charge { energy: &judge.rules.aircraft.energy, left, lands_below: Fraction::ZERO };
+        let charge = Charge { energy: &rules.aircraft.energy, left, lands_below: Fraction::ZERO };
         let mut alternates: Vec<Alternate> = Vec::new();
         for place in &self.places {
             let Found { way, legs } = view.look_at(place, self.legs_left.min(MOST_LEGS / 20));

@@ -17,9 +17,9 @@ use domain::way::Asked;
 
 use crate::actions::Action;
 use crate::airspace::{Access, Airspace, Zone};
-use crate::energy::Judge;
 use crate::objectives::Objectives;
 use crate::plan::{NEW, flight_time_s};
+use crate::rules::Rules;
 
 /// Lets `steps`, which begin on the ground at `state`, ask for what coming back needs, before anything lifts off: nothing, where home, the end of
 /// the mission or one of `sites` is open without asking.
@@ -31,14 +31,14 @@ pub(crate) fn ask_for(
     state: &State,
     (objectives, sites): (&Objectives, &[Site]),
     airspace: &Airspace,
-    judge: &Judge,
+    rules: &Rules,
 ) -> Result<(), String> {
     let takes_off = |it: &Step| matches!(it.nominal.goal, Goal::Takeoff { .. });
     let Some(takeoff) = steps.iter().position(takes_off).filter(|_| !state.flying) else { return Ok(()) };
-    let (end, lands_after) = landing(steps, objectives, judge);
-    let speeds = judge.rules.speeds();
+    let (end, lands_after) = landing(steps, objectives, rules);
+    let speeds = rules.speeds();
     let motion = Motion { begins: lands_after, ..Motion::in_air(speeds) };
-    let over = |place: Ned| place.at_height(place.height_m() + judge.rules.config.takeoff_height_m.get());
+    let over = |place: Ned| place.at_height(place.height_m() + rules.config.takeoff_height_m.get());
     let sites = sites.iter().filter(|it| it.kind == SiteKind::Landing).map(|it| it.position);
     let places = [end, Ned::default()].into_iter().chain(sites);
     let entered = places.map(|it| airspace.first_entries(over(it), it, motion, &Asked::new()));
@@ -52,7 +52,7 @@ pub(crate) fn ask_for(
     for zones in entered {
         match zones.into_iter().map(|(_, zone)| needed(&airspace.zones[zone], lasts)).collect() {
             Ok(needs) => {
-                ask_before(steps, takeoff, needs, judge);
+                ask_before(steps, takeoff, needs, rules);
                 return Ok(());
             }
             Err(reason) => _ = why.get_or_insert(format!("no takeoff without the permission to come back: {reason}")),
@@ -75,28 +75,28 @@ fn needed(zone: &Zone, lasts: Duration) -> Result<PermissionNeed, String> {
 }
 
 /// Where the mission ends on the ground, and when the landing there begins, from now on.
-fn landing(steps: &[Step], objectives: &Objectives, judge: &Judge) -> (Ned, Duration) {
+fn landing(steps: &[Step], objectives: &Objectives, rules: &Rules) -> (Ned, Duration) {
     let (waiting, all) = (objectives.waiting(), objectives.all());
     let stay_s = |index: usize| all[index].terms().dwell.as_secs_f64();
-    let there_s: f64 = steps.iter().map(|it| flight_time_s(it, judge.rules)).sum();
+    let there_s: f64 = steps.iter().map(|it| flight_time_s(it, rules)).sum();
     let first_s = waiting.first().map_or(0.0, |it| stay_s(*it));
-    let hop_s = |pair: &[usize]| judge.visit(&all[pair[0]].goal, &all[pair[1]]).time_s + stay_s(pair[1]);
+    let hop_s = |pair: &[usize]| rules.visit(&all[pair[0]].goal, &all[pair[1]]).time_s + stay_s(pair[1]);
     let hops_s: f64 = waiting.windows(2).map(hop_s).sum();
     let last = waiting.last().map(|it| &all[*it].goal);
     let (end, home_s) = match last {
         Some(goal) if !goal.flying => (goal.position, 0.0),
-        Some(goal) => (Ned::default(), judge.home(goal).time_s),
+        Some(goal) => (Ned::default(), rules.home(goal).time_s),
         None => (Ned::default(), 0.0),
     };
     (end, Duration::try_from_secs_f64(there_s + first_s + hops_s + home_s).unwrap_or(Duration::MAX))
 }
 
 /// The step before the one of this index asks for `needs` too; where none asks, there is one that does.
-fn ask_before(steps: &mut Vec<Step>, takeoff: usize, needs: Vec<PermissionNeed>, judge: &Judge) {
+fn ask_before(steps: &mut Vec<Step>, takeoff: usize, needs: Vec<PermissionNeed>, rules: &Rules) {
     let asks = takeoff.checked_sub(1).filter(|it| steps[*it].auxiliary);
     let index = asks.unwrap_or_else(|| {
         let stands = State::new(steps[takeoff].from, false);
-        let nominal = Action::Stop.parameters(&stands, &stands, judge.rules);
+        let nominal = Action::Stop.parameters(&stands, &stands, rules);
         let (ask, ask_ahead) = (Vec::new(), Vec::new());
         let step = Step {
             id: NEW,

@@ -15,12 +15,6 @@ use crate::objectives::{Objective, Objectives};
 use crate::plan::flight_time_s;
 use crate::rules::Rules;
 
-/// By what steps and ways are judged.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Judge<'a> {
-    pub rules: &'a Rules,
-}
-
 /// What is known of the way from one state to another before a way is searched: flown straight.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Hop {
@@ -29,25 +23,25 @@ pub(crate) struct Hop {
     pub energy_wh: f64,
 }
 
-impl Judge<'_> {
+impl Rules {
     /// What `step` takes, in Wh.
     pub(crate) fn step_wh(&self, step: &Step) -> f64 {
         let (from, to) = step.way();
-        self.piece_wh(&step.nominal.goal, from, to, flight_time_s(step, self.rules))
+        self.piece_wh(&step.nominal.goal, from, to, flight_time_s(step, self))
     }
 
     /// What a stay at `goal` takes, in Wh: nothing on the ground.
     pub(crate) fn stay_wh(&self, goal: &State, stay_s: f64) -> f64 {
-        if goal.flying { self.rules.aircraft.energy.hover_wh(stay_s, self.rules.wind) } else { 0.0 }
+        if goal.flying { self.aircraft.energy.hover_wh(stay_s, self.wind) } else { 0.0 }
     }
 
     /// Straight from `from` to `to`, takeoff and landing included.
     pub(crate) fn hop(&self, from: &State, to: &State) -> Hop {
-        let links = back_chaining::chain(from, to, self.rules.tolerance(), self.rules).unwrap_or_default();
+        let links = back_chaining::chain(from, to, self.tolerance(), self).unwrap_or_default();
         links.iter().fold(Hop::default(), |hop, link| {
-            let goal = link.action.parameters(&link.from, &link.to, self.rules).goal;
+            let goal = link.action.parameters(&link.from, &link.to, self).goal;
             let (from, to) = (link.from.position, link.to.position);
-            let time_s = self.rules.speeds().time_s(from, to) + time_s(&goal);
+            let time_s = self.speeds().time_s(from, to) + time_s(&goal);
             Hop { time_s: hop.time_s + time_s, energy_wh: hop.energy_wh + self.piece_wh(&goal, from, to, time_s) }
         })
     }
@@ -69,15 +63,13 @@ impl Judge<'_> {
 
     fn piece_wh(&self, goal: &Goal, from: Ned, to: Ned, time_s: f64) -> f64 {
         let more_wh = match goal {
-            Goal::Takeoff { .. } => self.rules.aircraft.energy.takeoff_wh(self.rules.wind),
-            Goal::Land => self.rules.aircraft.energy.landing_wh(self.rules.wind),
-            Goal::Position { .. } if SAME_PLACE_M < from.distance_m(to) => {
-                self.rules.aircraft.energy.stop_wh(self.rules.wind)
-            }
+            Goal::Takeoff { .. } => self.aircraft.energy.takeoff_wh(self.wind),
+            Goal::Land => self.aircraft.energy.landing_wh(self.wind),
+            Goal::Position { .. } if SAME_PLACE_M < from.distance_m(to) => self.aircraft.energy.stop_wh(self.wind),
             // What hovering for a release takes is in the time of the leg.
             Goal::Stop | Goal::Position { .. } | Goal::Velocity { .. } | Goal::Release { .. } => 0.0,
         };
-        self.rules.aircraft.energy.leg_wh(Leg { from, to, time_s }, self.rules.wind) + more_wh
+        self.aircraft.energy.leg_wh(Leg { from, to, time_s }, self.wind) + more_wh
     }
 }
 
@@ -91,26 +83,26 @@ pub(crate) fn to_give_up(
     state: &State,
     objectives: &Objectives,
     charge: Fraction,
-    judge: &Judge,
+    rules: &Rules,
 ) -> Option<(usize, String)> {
     let (waiting, all) = (objectives.waiting(), objectives.all());
     let current = all.get(*waiting.first()?)?;
-    let budget = judge.rules.aircraft.energy.budget(charge);
+    let budget = rules.aircraft.energy.budget(charge);
     let stay_s = |index: usize| all[index].terms().dwell.as_secs_f64();
     let there_wh =
-        steps.iter().map(|it| judge.step_wh(it)).sum::<f64>() + judge.stay_wh(&current.goal, stay_s(waiting[0]));
+        steps.iter().map(|it| rules.step_wh(it)).sum::<f64>() + rules.stay_wh(&current.goal, stay_s(waiting[0]));
     let hops = waiting.windows(2).map(|pair| {
         let (from, to) = (&all[pair[0]].goal, &all[pair[1]]);
-        judge.visit(from, to).energy_wh + judge.stay_wh(&to.goal, stay_s(pair[1]))
+        rules.visit(from, to).energy_wh + rules.stay_wh(&to.goal, stay_s(pair[1]))
     });
     let last = waiting.last().map(|it| &all[*it].goal).filter(|it| it.flying);
-    let home_wh = last.map_or(0.0, |last| judge.home(last).energy_wh);
+    let home_wh = last.map_or(0.0, |last| rules.home(last).energy_wh);
     let too_much = budget.shortfall(there_wh + hops.sum::<f64>() + home_wh)?;
     if let Some((index, worth)) = least_worth(objectives) {
         return Some((index, format!("left out, worth {worth}: the mission {too_much}")));
     }
     let is_end = waiting.len() == 1 && !current.goal.flying;
-    let back = judge.home(&current.goal);
+    let back = rules.home(&current.goal);
     let is_home = !current.goal.flying && back == Hop::default();
     if state.flying && is_home {
         return None;

@@ -125,7 +125,7 @@ const MOST_WAITS: usize = 16;
 
 /// Plans `planner`'s mission without flying it.
 pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now: Now) -> MissionForecast {
-    let (start, budget) = (now, state.charge.map(|it| planner.judge().rules.aircraft.energy.budget(it)));
+    let (start, budget) = (now, state.charge.map(|it| planner.rules().aircraft.energy.budget(it)));
     // By name: the planner may choose another order.
     let mut forecasts: Vec<Forecast> = Vec::new();
     let (mut used_wh, first_charge) = (0.0, state.charge);
@@ -166,7 +166,7 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
                     true => forecast.stay_s = wait.as_secs_f64(),
                     false => forecast.wait = reason,
                 }
-                let stay_wh = planner.judge().stay_wh(&state, wait.as_secs_f64());
+                let stay_wh = planner.rules().stay_wh(&state, wait.as_secs_f64());
                 (forecast.energy_wh, used_wh) = (forecast.energy_wh + stay_wh, used_wh + stay_wh);
                 now = planner.after(now, wait);
             }
@@ -174,8 +174,8 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
         }
     }
     // In a wind in which nothing can be flown there is no way home either.
-    let flies_home = state.flying && planner.judge().rules.speeds().hold_in_wind();
-    let way_home = if flies_home { planner.judge().home(&state) } else { Hop::default() };
+    let flies_home = state.flying && planner.rules().speeds().hold_in_wind();
+    let way_home = if flies_home { planner.rules().home(&state) } else { Hop::default() };
     let objectives = settled(&planner, &mut forecasts);
     let needs_wh = used_wh + way_home.energy_wh;
     let order = planner.chosen_order().map(|it| it.in_words()).unwrap_or_default();
@@ -212,12 +212,12 @@ fn legs(
     (first_charge, held): (Option<Fraction>, &BTreeSet<String>),
     planner: &MissionPlanner,
 ) -> Vec<LegForecast> {
-    let judge = planner.judge();
+    let rules = planner.rules();
     let (mut at_s, mut held) = (begins_s, held.clone());
     // When each area was asked for ahead.
     let mut ahead: BTreeMap<String, f64> = BTreeMap::new();
     let leg = |step: &Step| {
-        let (time_s, energy_wh) = (flight_time_s(step, judge.rules), judge.step_wh(step));
+        let (time_s, energy_wh) = (flight_time_s(step, rules), rules.step_wh(step));
         let asks = step.ask.iter().map(|need| PermissionForecast {
             area: need.area.clone(),
             asked_s: ahead.get(&need.area).copied().unwrap_or(at_s),
@@ -265,7 +265,7 @@ impl Forecast {
 }
 
 fn charge_after(first_charge: Option<Fraction>, used_wh: f64, planner: &MissionPlanner) -> Option<f64> {
-    Some(planner.judge().rules.aircraft.energy.charge_after(first_charge?, used_wh))
+    Some(planner.rules().aircraft.energy.charge_after(first_charge?, used_wh))
 }
 
 fn asked(step: &Step) -> impl Iterator<Item = String> {

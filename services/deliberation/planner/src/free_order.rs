@@ -2,9 +2,9 @@
 
 use domain::state::State;
 
-use crate::energy::Judge;
 use crate::objectives::{Objective, Objectives};
 use crate::ordering::{EXACT_TO, Ordering, Problem, solve};
+use crate::rules::Rules;
 
 /// An order that was chosen.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,17 +42,17 @@ impl Choice {
 pub(crate) fn choose(
     objectives: &Objectives,
     state: &State,
-    judge: &Judge,
+    rules: &Rules,
     time_left_s: impl Fn(&Objective) -> Option<f64>,
 ) -> Option<Choice> {
     let waiting = objectives.waiting();
     let all: Vec<&Objective> = waiting.iter().map(|it| &objectives.all()[*it]).collect();
-    let time_s = |from: &State, to: &Objective| judge.visit(from, to).time_s;
+    let time_s = |from: &State, to: &Objective| rules.visit(from, to).time_s;
     let problem = Problem {
         from_start_s: all.iter().map(|to| time_s(state, to)).collect(),
         between_s: all.iter().map(|from| all.iter().map(|to| time_s(&from.goal, to)).collect()).collect(),
         // A mission that ends in the air is followed by the way home.
-        to_end_s: all.iter().map(|it| if it.goal.flying { judge.home(&it.goal).time_s } else { 0.0 }).collect(),
+        to_end_s: all.iter().map(|it| if it.goal.flying { rules.home(&it.goal).time_s } else { 0.0 }).collect(),
         stay_s: all.iter().map(|it| it.terms().dwell.as_secs_f64()).collect(),
         after: all.iter().map(|it| places(&it.terms().after, &all)).collect(),
         deadline_s: all.iter().map(|it| time_left_s(it)).collect(),

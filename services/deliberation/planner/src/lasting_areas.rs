@@ -84,7 +84,7 @@ pub(crate) fn with_lasting_areas(
 /// The present areas, in the local frame of `mission`.
 fn areas(planner: &MissionPlanner, mission: &Mission) -> Vec<Area> {
     let areas = planner.mission().areas.iter().cloned();
-    let tolerance_m = planner.judge().rules.config.origin_tolerance_m.get();
+    let tolerance_m = planner.rules().config.origin_tolerance_m.get();
     let apart = misfit(planner.mission().origin, mission.origin, tolerance_m);
     let Some(Misfit::Elsewhere { mission: from, vehicle: to, .. }) = apart else { return areas.collect() };
     let (from, to) = (LocalFrame::at(from), LocalFrame::at(to));

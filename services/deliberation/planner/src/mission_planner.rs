@@ -272,7 +272,7 @@ impl MissionPlanner {
                 &state,
                 (&self.objectives, &self.mission.sites),
                 &airspace,
-                &self.judge(),
+                &self.rules,
             ) {
                 self.objectives.give_up_rest(&reason);
                 return Answer::Finished;

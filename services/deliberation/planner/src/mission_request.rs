@@ -154,7 +154,7 @@ fn try_out(
     if let Some((_, words)) = over.iter().find(|(of_data_set, _)| !of_data_set) {
         return Err(Reply::new(format!("{words}: fly it out first, or leave the area out")));
     }
-    let forecast = judged(planner, &mission, wind.unwrap_or(planner.judge().rules.wind), state, now)?;
+    let forecast = judged(planner, &mission, wind.unwrap_or(planner.rules().wind), state, now)?;
     let leaves = over.into_iter().map(|(_, words)| format!("{words}, and leaves it"));
     let remarks = stays.into_iter().chain(leaves).collect();
     Ok(Tried { mission, forecast, remarks })
@@ -261,7 +261,7 @@ fn insert(
     mission.objectives.insert(waiting_before, objective.clone());
     // The order was chosen, and the operator has chosen the place.
     mission.order = Order::Given;
-    let forecast = planner.forecast(&mission, state, now, planner.judge().rules.wind);
+    let forecast = planner.forecast(&mission, state, now, planner.rules().wind);
     let of_this = forecast.objectives.iter().filter(|it| it.objective == objective.name);
     let too_much = || Some(format!("with it the mission {}", forecast.shortfall()?));
     if let Some(why) = words_of(of_this).or_else(too_much) {

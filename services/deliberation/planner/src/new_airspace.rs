@@ -29,7 +29,7 @@ pub(crate) fn adopt(
     if let Some(why) = objectives.find_map(|(index, it)| mission.unfit_place(it, index == last)) {
         return Err(Reply::new(format!("{why}; skip or remove it first, or leave that area out")));
     }
-    let forecast = judged(planner, &mission, planner.judge().rules.wind, state, now)?;
+    let forecast = judged(planner, &mission, planner.rules().wind, state, now)?;
     let verb = if is_tried { "would be adopted" } else { "adopted" };
     let text = format!("new airspace {verb}");
     let text = with_feeds(text, planner.mission(), &mission, now);

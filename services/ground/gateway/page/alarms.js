@@ -15,7 +15,7 @@ const CLASSES = {
   ALARM_CAUTION: { rank: 2, tone: "warn", form: "◆", word: "caution", beeps: 1 },
   ALARM_ADVISORY: { rank: 1, tone: "accent", form: "●", word: "advisory", beeps: 0 },
 };
-/** Something that is decided without anybody, if nobody does so in time. */
+/** A decision that takes its default if nobody decides in time. */
 const DECISION = { rank: 2, tone: "warn", form: "◇", word: "decision", beeps: 1 };
 const TITLE = document.title;
 /** Minutes for which an alarm can be shelved. */
@@ -61,7 +61,7 @@ const worst = (alarms) => alarms.reduce((a, b) => (a.rank < b.rank ? b : a));
 
 const mayAcknowledge = () => has("safety") || has("operator");
 
-/** What is active and nobody has acknowledged, on any vehicle, and what waits for a decision: the first to come is the first to be told. */
+/** Alarms that nobody has acknowledged, on any vehicle, the oldest first; then open decisions. */
 function alarmsOfAll() {
   const selected = isCutOff() || !store.doc ? [] : alarmsOf({ ...store.doc, ...store.doc.contingencies, contingencies: store.doc.contingencies?.active });
   // The list shows the last state of an unreachable vehicle, with its age: here it would stand for ever.

@@ -70,7 +70,7 @@ impl MissionPlanner {
         self.begun = Some(now.time);
         if self.mission.order == Order::Free
             && let Some(choice) =
-                free_order::choose(&self.objectives, state, &self.judge(), |it| self.time_left_s(it, now))
+                free_order::choose(&self.objectives, state, &self.rules, |it| self.time_left_s(it, now))
         {
             self.objectives.reorder(&choice.ordering.order);
             if let Some(forecast) = &mut self.forecast {
@@ -105,7 +105,7 @@ impl MissionPlanner {
         if self.forecast.is_some() {
             return None;
         }
-        energy::to_give_up(steps, state, &self.objectives, state.charge?, &self.judge())
+        energy::to_give_up(steps, state, &self.objectives, state.charge?, &self.rules)
     }
 }
 

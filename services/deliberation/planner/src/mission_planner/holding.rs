@@ -125,13 +125,13 @@ impl MissionPlanner {
     fn may_wait_for(&self, area: &Area, later: &PlanLater, plan: PlanNow) -> bool {
         let PlanNow { state, airspace, now, .. } = plan;
         let PlanLater { steps, wait, .. } = later;
-        let hover_wh = self.judge().stay_wh(state, wait.as_secs_f64());
+        let hover_wh = self.rules.stay_wh(state, wait.as_secs_f64());
         let charge =
             state.charge.and_then(|it| Fraction::try_from(self.rules.aircraft.energy.charge_after(it, hover_wh)).ok());
         let then = State { charge, ..state.clone() };
         // A forecast judges the mission as a whole, but what is hovered away is up to this choice.
         let takes_too_much = state.flying
-            && charge.is_some_and(|it| energy::to_give_up(steps, &then, &self.objectives, it, &self.judge()).is_some());
+            && charge.is_some_and(|it| energy::to_give_up(steps, &then, &self.objectives, it, &self.rules).is_some());
         self.permissions.may_still_hold(&area.name, *wait, &self.rules)
             && (!state.flying || airspace.rule.breach_at(state.position, *wait).is_none())
             && self.infeasible(steps, &then, self.after(now, *wait)).is_none()
@@ -145,7 +145,7 @@ impl MissionPlanner {
 
     fn straight_s(&self, state: &State, ahead: &[Via]) -> f64 {
         let froms = std::iter::once(state).chain(ahead.iter().map(|it| &it.state));
-        froms.zip(ahead).map(|(from, to)| self.judge().hop(from, &to.state).time_s).sum()
+        froms.zip(ahead).map(|(from, to)| self.rules.hop(from, &to.state).time_s).sum()
     }
 
     /// How long after their beginning `steps` first enter `area`; none if they never do.

@@ -9,8 +9,8 @@ use domain::time::{Now, Time};
 
 use super::MissionPlanner;
 use crate::airspace::{Airspace, Closures};
-use crate::energy::Judge;
 use crate::objectives::Objective;
+use crate::rules::Rules;
 
 impl MissionPlanner {
     /// The mission's areas as they stand `now` for a vehicle that holds `grants`.
@@ -30,8 +30,8 @@ impl MissionPlanner {
         Now { time: now.time + time, utc_ms: now.utc_ms.saturating_add(wall_ms) }
     }
 
-    pub(crate) fn judge(&self) -> Judge<'_> {
-        Judge { rules: &self.rules }
+    pub(crate) fn rules(&self) -> &Rules {
+        &self.rules
     }
 
     /// The mission as it would be put into a file now, with only what is still to be attempted.

@@ -76,7 +76,7 @@ mod unprintable;
 #[derive(Debug, Clone)]
 pub struct Api {
     pub(crate) config: Config,
-    /// What a session says of the contingency table.
+    /// The part of every session that comes from the contingency table.
     pub(crate) of_table: Arc<v1::Session>,
     pub(crate) ages: Ages,
     pub(crate) snapshot: watch::Receiver<Arc<Snapshot>>,

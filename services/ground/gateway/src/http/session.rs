@@ -25,7 +25,7 @@ pub(crate) async fn session(State(site): State<Site>, Extension(request): Extens
     })
 }
 
-/// What every session says of the contingency table.
+/// The part of every session that comes from the contingency table.
 pub(crate) fn of_table(table: &Contingencies) -> v1::Session {
     let rows = table.rows();
     v1::Session {

@@ -6,7 +6,7 @@ use kittiwake_proto::v1;
 /// A control tower that decides by itself has answered by then, in mission seconds.
 const ANSWERED_S: f64 = 2.0;
 
-/// What a vehicle waits for, the most urgent first: what has an end comes before what has none.
+/// The decisions that a vehicle waits for: first those with a time limit, the shortest at the front.
 pub(crate) fn waits_for(mcm: &v1::McmStatus) -> Vec<v1::WaitsFor> {
     let ends = |what: String, until_s: f64, default: &str| v1::WaitsFor {
         what,
