@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use domain::contingency::Contingencies;
+use domain::declared_skill::DeclaredSkills;
 use domain::file::{Mistake, Mistakes, Source};
 use domain::mission::Mission;
 use domain::time::Pace;
@@ -31,6 +32,8 @@ pub struct Inputs {
     pub trees: LoadedTrees,
     /// The contingency table.
     pub contingencies: Contingencies,
+    /// The declared skills.
+    pub skills: DeclaredSkills,
     /// The access folder; without one no token is valid.
     pub access: Option<PathBuf>,
     /// The folder of the persisted state; without one nothing is persisted.
@@ -44,19 +47,34 @@ pub struct Inputs {
 /// Reads all inputs; every mistake in any of them is reported at once.
 pub fn read(settings: &Settings) -> Result<Inputs, Mistakes> {
     let mut config = read_config(settings)?;
-    let mission = Source::read(&config.mission).and_then(|it| Mission::read(&it));
+    let skills = DeclaredSkills::read(&config.skills);
+    let mission = Source::read(&config.mission).and_then(|it| match &skills {
+        Ok(skills) => Mission::read_with(&it, skills),
+        Err(_) => Mission::read(&it),
+    });
     let behavior = read_behavior(&config);
-    match (mission, behavior) {
-        (Ok(mission), Ok((trees, contingencies))) => {
+    match (mission, behavior, skills) {
+        (Ok(mission), Ok((trees, contingencies)), Ok(skills)) => {
             let stands = config.vehicle_sim.origin.of_mission(mission.origin);
             config.vehicle_sim.origin = stands.map_err(|why| mistake(&config.mission, why, ""))?;
             let (access, state) = (settings.access.clone(), settings.state.clone());
             let (tower_key, tower_secret) = (settings.tower_key.clone(), settings.tower_secret.clone());
             let config_file = settings.config.clone();
-            Ok(Inputs { config_file, config, mission, trees, contingencies, access, state, tower_key, tower_secret })
+            Ok(Inputs {
+                config_file,
+                config,
+                mission,
+                trees,
+                contingencies,
+                skills,
+                access,
+                state,
+                tower_key,
+                tower_secret,
+            })
         }
-        (mission, behavior) => {
-            let mistakes = [mission.err(), behavior.err()].into_iter().flatten().flat_map(|it| it.0);
+        (mission, behavior, skills) => {
+            let mistakes = [mission.err(), behavior.err(), skills.err()].into_iter().flatten().flat_map(|it| it.0);
             Err(Mistakes(mistakes.collect()))
         }
     }
@@ -175,6 +193,7 @@ fn read_config(settings: &Settings) -> Result<Config, Mistakes> {
     config.mission = settings.mission.clone().unwrap_or_else(|| beside(&config.mission));
     config.contingencies = beside(&config.contingencies);
     config.trees = beside(&config.trees);
+    config.skills = beside(&config.skills);
     config.speed = settings.speed.unwrap_or(config.speed);
     config.permissions = settings.permissions.unwrap_or(config.permissions);
     config.seed = settings.seed.unwrap_or(config.seed);

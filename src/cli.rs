@@ -17,6 +17,7 @@ use crate::run::run_file;
 use crate::service::Service;
 use crate::settings::{Settings, default_config};
 use crate::simulate::args::{ReplayArgs, SimulateArgs};
+use crate::skill::SkillArgs;
 
 /// Onboard mission and contingency manager for unmanned aircraft.
 ///
@@ -80,6 +81,8 @@ pub enum Command {
     Audit(AuditArgs),
     /// Tell why the vehicle did what it did: its decisions as sentences, each under the one that led to it
     Why(WhyArgs),
+    /// List the skills of a vehicle, or examine a process that carries out one of your own
+    Skill(SkillArgs),
     /// Print what a shell needs to complete this program's arguments
     Completions(CompletionsArgs),
     /// Write the manual's pages, one for each command, for `man -l FILE` or a folder of the manual

@@ -28,6 +28,8 @@ pub struct Config {
     pub contingencies: PathBuf,
     /// The folder of the behavior trees, relative to this file's folder.
     pub trees: PathBuf,
+    /// The folder of the declared skills, relative to this file's folder.
+    pub skills: PathBuf,
     /// How the control tower answers requests.
     #[serde(deserialize_with = "from_text")]
     pub permissions: Policy,

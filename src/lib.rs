@@ -39,6 +39,7 @@ pub mod settings;
 pub mod setup;
 pub mod signing_key;
 mod simulate;
+mod skill;
 mod status;
 mod target;
 pub mod telemetry;
@@ -71,6 +72,7 @@ pub fn main() -> ExitCode {
         Some(cli::Command::Plan(args)) => plan::plan(&args),
         Some(cli::Command::Simulate(args)) => simulate::simulate(&args),
         Some(cli::Command::Replay(args)) => simulate::replay::replay(&args),
+        Some(cli::Command::Skill(args)) => skill::skill(&args),
         Some(cli::Command::Router(args)) => run::router::router(&args),
         Some(cli::Command::Certs(args)) => setup::certs::certs(&args),
         Some(cli::Command::Service(command)) => {

@@ -11,7 +11,7 @@ pub enum Outcome {
     Unavailable,
     /// The mission cannot be flown as it is.
     NotFlyable,
-    /// A simulated flight broke a rule.
+    /// A simulated flight broke a rule, or a process one of the exchange of its skill.
     Breached,
     /// A file or an argument is wrong; nothing was started.
     BadInput,

@@ -32,9 +32,12 @@ impl Folder {
         let mut config: toml::Table = source.text.parse().map_err(|it| format!("{}: {it}", base.display()))?;
         let beside = base.canonicalize().map_err(|it| format!("{}: {it}", base.display()))?;
         let beside = beside.parent().unwrap_or(Path::new("/"));
-        for (key, other) in
-            [("mission", variant.mission), ("contingencies", variant.contingencies), ("trees", None::<&str>)]
-        {
+        for (key, other) in [
+            ("mission", variant.mission),
+            ("contingencies", variant.contingencies),
+            ("trees", None::<&str>),
+            ("skills", None),
+        ] {
             let path = match (other, config.get(key).and_then(|it| it.as_str())) {
                 (Some(other), _) => beside.join("kpi").join(other),
                 (None, Some(given)) => beside.join(given),

@@ -137,6 +137,10 @@ topics! {
     SkillControl "skill/control" Transition;
     /// 10 Hz while a skill executes.
     SkillFeedback "skill/feedback" State;
+    /// To the process that carries out a declared skill.
+    TaskOrder "task/order" Command;
+    /// From such a process, 1 Hz and on every change.
+    TaskReport "task/report" Transition;
     /// 100 Hz, and at once when a flag rises or falls: more urgent than what it is made of.
     Introspection "monitor/introspection" State;
     /// A flag is raised or lowered by hand: by tests, measurements and the operators of a simulation.

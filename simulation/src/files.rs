@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 
 use domain::aircraft::{Aircraft, Flight};
 use domain::contingency::Contingencies;
+use domain::declared_skill::DeclaredSkills;
 use domain::energy::EnergyModel;
 use domain::file::{Mistake, Mistakes, Source};
 use domain::mission::Mission;
 use domain::quantity::Positive;
 use domain::time::Pace;
 use mcm::{LoadedTrees, Mcm};
+use planner::Planner;
 use serde::Deserialize;
 
 use crate::Setup;
@@ -19,9 +21,11 @@ pub(crate) const CONFIG: &str = "kittiwake.toml";
 pub(crate) const MISSION: &str = "mission.toml";
 const TABLE: &str = "contingencies.toml";
 const TREES: &str = "trees";
+const SKILLS: &str = "skills";
 
 pub(crate) struct Files {
     pub(crate) contingencies: Contingencies,
+    pub(crate) skills: DeclaredSkills,
     pub(crate) mission: Mission,
     pub(crate) mcm: mcm::config::Config,
     trees: LoadedTrees,
@@ -42,6 +46,7 @@ struct Sections {
     mission: PathBuf,
     contingencies: PathBuf,
     trees: PathBuf,
+    skills: PathBuf,
     vehicle_sim: vehicle_sim::config::Config,
     skill_manager: skill_manager::config::Config,
     monitor: monitor::config::Config,
@@ -57,13 +62,17 @@ impl Files {
         let (folder, file) = places(setup.config);
         let sections: Sections = Source::read(&file)?.parse()?;
         let (trees, table) = (folder.join(&sections.trees), folder.join(&sections.contingencies));
-        Files::read_beside(setup, sections, trees, table)
+        let skills = DeclaredSkills::read(&folder.join(&sections.skills))?;
+        Files::read_beside(setup, sections, trees, table, skills)
     }
 
     /// Those of an unpacked recording, wherever its configuration had them.
     pub(crate) fn read_unpacked(setup: &Setup<'_>) -> Result<Files, Mistakes> {
         let (folder, file) = places(setup.config);
-        Files::read_beside(setup, Source::read(&file)?.parse()?, folder.join(TREES), folder.join(TABLE))
+        let skills = folder.join(SKILLS);
+        // A recording keeps no empty folder.
+        let skills = if skills.is_dir() { DeclaredSkills::read(&skills)? } else { DeclaredSkills::default() };
+        Files::read_beside(setup, Source::read(&file)?.parse()?, folder.join(TREES), folder.join(TABLE), skills)
     }
 
     /// What a recording needs of them, by their names in it; `mission` is the text that is flown, if that is not a
@@ -81,6 +90,7 @@ impl Files {
             let text = Source::read(&folder.join(&sections.trees).join(name))?.text;
             texts.push((format!("{TREES}/{name}"), text));
         }
+        texts.extend(crate::recording::skills(&folder.join(&sections.skills))?);
         Ok(texts)
     }
 
@@ -89,11 +99,12 @@ impl Files {
         mut sections: Sections,
         trees_path: PathBuf,
         table_path: PathBuf,
+        skills: DeclaredSkills,
     ) -> Result<Files, Mistakes> {
         let (folder, file) = places(setup.config);
         let mission = match setup.mission {
-            Some(path) => read_mission(path)?,
-            None => read_mission(&folder.join(&sections.mission))?,
+            Some(path) => read_mission(path, &skills)?,
+            None => read_mission(&folder.join(&sections.mission), &skills)?,
         };
         let of_mission = sections.vehicle_sim.origin.of_mission(mission.origin);
         sections.vehicle_sim.origin = of_mission.map_err(|message| {
@@ -102,6 +113,7 @@ impl Files {
         let (trees, contingencies) = read_table(&trees_path, &table_path)?;
         Ok(Files {
             contingencies,
+            skills,
             mission,
             mcm: sections.mcm,
             trees,
@@ -119,6 +131,10 @@ impl Files {
     /// A mission manager that flies by them. `instance` makes its request ids unique among restarts.
     pub(crate) fn manager(&self, instance: u64) -> Result<Mcm, Mistakes> {
         self.manager_of(crate::VEHICLE, instance, Pace::REAL_TIME)
+    }
+
+    pub(crate) fn planner(&self, pace: Pace) -> Planner {
+        Planner::new(&self.planner, &self.aircraft, pace).with_skills(self.skills.clone())
     }
 
     /// The same for another vehicle and another pace.
@@ -168,6 +184,6 @@ fn read_table(trees: &Path, table: &Path) -> Result<(mcm::LoadedTrees, Contingen
     Ok((trees.load(&table)?, table))
 }
 
-fn read_mission(path: &Path) -> Result<Mission, Mistakes> {
-    Mission::read(&Source::read(path)?)
+fn read_mission(path: &Path, skills: &DeclaredSkills) -> Result<Mission, Mistakes> {
+    Mission::read_with(&Source::read(path)?, skills)
 }

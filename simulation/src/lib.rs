@@ -3,7 +3,7 @@
 //! The same nodes that run as processes, from the same configuration files, but with a bus and a clock of their own.
 //! The same setup gives the same flight, to the bit.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
@@ -11,12 +11,13 @@ use std::time::Duration;
 
 use control_tower::policy::Policy;
 use domain::contingency::{Contingencies, OPERATOR_ABORT};
+use domain::declared_skill::DeclaredSkills;
 use domain::file::{Mistake, Mistakes, Source};
 use domain::geometry::Ned;
 use domain::mission::Mission;
 use domain::quantity::Positive;
 use domain::time::{Now, Pace, Time};
-use kittiwake_proto::topics::{Request, Service};
+use kittiwake_proto::topics::{Request, Service, Topic};
 use kittiwake_proto::v1;
 use node::virtual_bus::VirtualBus;
 pub use node::virtual_bus::{Disturbance, Machine};
@@ -34,6 +35,7 @@ mod restart;
 pub mod resumable;
 mod seen;
 mod shared;
+mod skill_process;
 
 use bounds::Excursion;
 use files::Files;
@@ -44,6 +46,8 @@ pub use restart::Memory;
 use restart::Starts;
 use seen::Seen;
 use shared::Shared;
+pub use skill_process::Conduct;
+use skill_process::SkillProcess;
 use vehicle_sim::VehicleSim;
 use vehicle_sim::ground::{Ground as Relief, Patch, Surface};
 pub use witness::Breach;
@@ -114,6 +118,11 @@ impl System {
         &self.files.contingencies
     }
 
+    /// The declared skills.
+    pub fn skills(&self) -> &DeclaredSkills {
+        &self.files.skills
+    }
+
     /// A flight of the mission of this text over this ground.
     ///
     /// # Errors
@@ -161,6 +170,8 @@ fn recorded<N: Node>(node: N, number: u8, tape: &Tape, start: u64, now: Now, ins
 pub struct Simulation<'a> {
     bus: VirtualBus<'a>,
     starts: Starts,
+    /// Of the process that carries out declared skills, where the mission uses one.
+    conduct: Rc<Cell<Conduct>>,
     seen: Rc<RefCell<Seen>>,
     /// Requests from outside so far.
     requests: u64,
@@ -270,6 +281,13 @@ impl Simulation<'_> {
         let on_board = || Scope::Vehicle(VEHICLE.into());
         let record = seen.clone();
         bus.tap(move |time, message| record.borrow_mut().take_in(time, message));
+        let conduct = Rc::new(Cell::new(Conduct::default()));
+        if mission.objectives.iter().any(|it| !it.terms.tasks.is_empty()) {
+            // An autopilot carries out its own.
+            let has_own = vehicle.subscriptions().contains(&Topic::TaskOrder);
+            let others = files.skills.all().iter().filter(|it| !has_own || it.payload_command.is_none());
+            bus.add(on_board(), SkillProcess::new(DeclaredSkills::of(others.cloned().collect()), conduct.clone()));
+        }
         bus.add(on_board(), vehicle);
         let mut starts = Starts::default();
         let of = |files: &Rc<Files>| files.clone();
@@ -280,7 +298,9 @@ impl Simulation<'_> {
         );
         bus.add(
             on_board(),
-            starts.of_forgetful(move |_, _| monitor::Monitor::new(&rules.monitor, &rules.contingencies, pace)),
+            starts.of_forgetful(move |_, _| {
+                monitor::Monitor::new(&rules.monitor, &rules.contingencies, pace).with_skills(rules.skills.clone())
+            }),
         );
         // Whether a manager can be made of these files is known after the first one.
         files.manager(setup.seed)?;
@@ -292,7 +312,7 @@ impl Simulation<'_> {
             let manager = manager.of_mission(&mission);
             (manager.that_verifies_with(tower_key().public()), instance)
         };
-        let planner = move || planner::Planner::new(&plans.planner, &plans.aircraft, Pace::REAL_TIME);
+        let planner = move || plans.planner(Pace::REAL_TIME);
         match changes.tape {
             None => {
                 let planner = starts.of_forgetful(move |_, _| planner());
@@ -320,7 +340,7 @@ impl Simulation<'_> {
             tower.that_signs_with(tower_key())
         };
         bus.add(Scope::Fleet, starts.of_resumable(tower));
-        Ok(Simulation { bus, starts, seen, requests: 0 })
+        Ok(Simulation { bus, starts, conduct, seen, requests: 0 })
     }
 
     /// The same, with the truth shown to those who judge.
@@ -353,6 +373,11 @@ impl Simulation<'_> {
         let mut seen = self.seen.borrow_mut();
         seen.modes.troubled();
         seen.witness.troubled();
+    }
+
+    /// The process of the declared skills carries out its orders like this from now on.
+    pub fn skills_conduct(&self, conduct: Conduct) {
+        self.conduct.set(conduct);
     }
 
     /// Raises a flag by hand.

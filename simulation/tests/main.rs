@@ -42,6 +42,7 @@ mod restart;
 mod rules;
 mod support;
 mod survey;
+mod tasks;
 mod touchdown;
 mod trouble;
 mod why;

@@ -48,9 +48,15 @@ fn seldom(folder: &Path) -> PathBuf {
     std::fs::create_dir_all(folder.join("trees")).unwrap();
     std::fs::create_dir_all(folder.join("missions")).unwrap();
     std::fs::write(folder.join("kittiwake.toml"), text).unwrap();
-    for name in
-        ["contingencies.toml", "missions/reference.toml", "trees/mission.xml", "trees/step.xml", "trees/actions.xml"]
-    {
+    std::fs::create_dir_all(folder.join("skills")).unwrap();
+    for name in [
+        "contingencies.toml",
+        "missions/reference.toml",
+        "trees/mission.xml",
+        "trees/step.xml",
+        "trees/actions.xml",
+        "skills/winch_down.toml",
+    ] {
         std::fs::write(folder.join(name), read(name)).unwrap();
     }
     folder.to_owned()

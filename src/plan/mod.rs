@@ -98,7 +98,8 @@ pub fn forecast(inputs: &Inputs, wind: Option<WindArg>) -> Result<v1::MissionRep
         request: Some(Ask::Validate(v1::MissionText { text, wind })),
         ..Default::default()
     };
-    let mut planner = Planner::new(&config.planner, &config.aircraft(), config.speed.pace());
+    let mut planner =
+        Planner::new(&config.planner, &config.aircraft(), config.speed.pace()).with_skills(inputs.skills.clone());
     let reply = planner.try_out(&inputs.mission, request, now());
     if reply.mistakes.is_empty() { Ok(reply) } else { Err(unread(&config.mission)) }
 }

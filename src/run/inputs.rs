@@ -14,7 +14,7 @@ use std::time::Duration;
 use domain::file::{Mistakes, Source};
 use regular_file::{DiskThread, NotTaken};
 use simulation::recording::file::Writer;
-use simulation::recording::{Entry, Header, Sink, trees};
+use simulation::recording::{Entry, Header, Sink, skills, trees};
 
 use crate::config::Config;
 use crate::output;
@@ -48,13 +48,15 @@ pub fn header(config: &Config, file: &Path, instance: u64, tower_key: String) ->
     ];
     paths.extend(trees().map(|name| (format!("trees/{name}"), config.trees.join(name))));
     let read = |(name, path): (String, PathBuf)| Ok((name, Source::read(&path)?.text));
+    let mut files = paths.into_iter().map(read).collect::<Result<Vec<_>, Mistakes>>()?;
+    files.extend(skills(&config.skills)?);
     Ok(Header {
         program: env!("CARGO_PKG_VERSION").to_owned(),
         vehicle: config.vehicle.as_str().to_owned(),
         instance,
         speed: config.speed.pace().speed(),
         tower_key,
-        files: paths.into_iter().map(read).collect::<Result<_, Mistakes>>()?,
+        files,
     })
 }
 

@@ -5,6 +5,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use bus::{BusError, Composition, Hosted, Link, Nudge, Process, Scope, Stop};
 use control_tower::ControlTower;
+use domain::declared_skill::DeclaredSkills;
 use domain::file::Mistakes;
 use gateway::Gateway;
 use gateway::audit::OpenError;
@@ -172,7 +173,7 @@ impl Part {
 }
 
 fn build(service: Service, args: &ProcessArgs, inputs: &Inputs) -> Result<Part, Failure> {
-    let Inputs { config, mission, trees, contingencies, state, tower_key, tower_secret, .. } = inputs;
+    let Inputs { config, mission, trees, contingencies, skills, state, tower_key, tower_secret, .. } = inputs;
     let (pace, seed) = (config.speed.pace(), config.seed);
     let vehicle = config.vehicle.as_str();
     Ok(match service {
@@ -182,12 +183,12 @@ fn build(service: Service, args: &ProcessArgs, inputs: &Inputs) -> Result<Part, 
             let port = Px4Port::open(&config.px4_bridge, &nudge)?;
             Part { node: Box::new(Px4Bridge::new(&config.px4_bridge, port)), nudge }
         }
-        Service::MavlinkBridge => build_mavlink_bridge(&config.mavlink_bridge)?,
+        Service::MavlinkBridge => build_mavlink_bridge(&config.mavlink_bridge, skills)?,
         Service::SkillManager => Part::of(SkillManager::new(&config.skill_manager, pace)),
-        Service::Monitor => Part::of(Monitor::new(&config.monitor, contingencies, pace)),
+        Service::Monitor => Part::of(Monitor::new(&config.monitor, contingencies, pace).with_skills(skills.clone())),
         Service::Planner => {
             let record = Record { args, config, instance: start_number(), tower_key: String::new() };
-            let planner = Planner::new(&config.planner, &config.aircraft(), pace);
+            let planner = Planner::new(&config.planner, &config.aircraft(), pace).with_skills(skills.clone());
             match record.begin(planner.name())? {
                 None => Part::of(planner),
                 Some((number, inputs)) => Part::of(Recorded::new(planner, number, inputs)),
@@ -226,11 +227,12 @@ fn build(service: Service, args: &ProcessArgs, inputs: &Inputs) -> Result<Part, 
     })
 }
 
-fn build_mavlink_bridge(config: &mavlink_bridge::config::Config) -> Result<Part, Failure> {
+fn build_mavlink_bridge(config: &mavlink_bridge::config::Config, skills: &DeclaredSkills) -> Result<Part, Failure> {
     let nudge = Nudge::default();
     let wake = nudge.clone();
     let socket = Socket::open(&config.connect, move || wake.wake())?;
-    let bridge = MavlinkBridge::new(config, signing_key::signed(config, Box::new(socket), 0).map_err(Failure::Files)?);
+    let bridge = MavlinkBridge::new(config, signing_key::signed(config, Box::new(socket), 0).map_err(Failure::Files)?)
+        .with_skills(skills);
     let bridge = match &config.ground {
         None => bridge,
         Some(endpoint) => {

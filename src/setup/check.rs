@@ -102,7 +102,14 @@ fn check_tls(config: &Config, files_only: bool) -> Result<(), Outcome> {
 fn proven(args: &CheckArgs, inputs: &Inputs) -> Outcome {
     let (config, table) = (&inputs.config, &inputs.contingencies);
     let jobs = args.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, Into::into), Into::into);
-    let proof = match proof::prove(&args.settings.config, &config.contingencies, table, args.quick, jobs) {
+    let proof = match proof::prove(
+        &args.settings.config,
+        &config.contingencies,
+        table,
+        inputs.skills.all().len(),
+        args.quick,
+        jobs,
+    ) {
         Ok(proof) => proof,
         Err(mistakes) => return check_inputs::tell(&mistakes),
     };
@@ -213,6 +220,7 @@ fn summary(config: &Path, inputs: &Inputs, link: Option<&LinkTable>) -> Vec<Stri
         ),
         ok(&read.trees, format_args!("the mission's tree, a step's and those of the actions")),
         ok(&read.contingencies, format_args!("contingencies: {}", contingencies.rows().len())),
+        ok(&read.skills, format_args!("declared skills: {}", inputs.skills.all().len())),
     ];
     lines.extend(inputs.notes());
     lines.extend(link.map(|link| ok(&link.path, format_args!("the link to {}", link.crossing.ground))));

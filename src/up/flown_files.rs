@@ -20,6 +20,7 @@ const CONFIG: &str = "kittiwake.toml";
 const MISSION: &str = "mission.toml";
 const CONTINGENCIES: &str = "contingencies.toml";
 const TREES: &str = "trees";
+const SKILLS: &str = "skills";
 
 /// The copy; removed with the value.
 pub struct FlownFiles {
@@ -56,7 +57,8 @@ impl FlownFiles {
         copy_config(&settings.config, &into(CONFIG))?;
         copy_file(&checked.mission, &into(MISSION))?;
         copy_file(&checked.contingencies, &into(CONTINGENCIES))?;
-        copy_trees(&checked.trees, &into(TREES))?;
+        copy_folder(&checked.trees, &into(TREES), "xml")?;
+        copy_folder(&checked.skills, &into(SKILLS), "toml")?;
         let copied = Settings {
             config: into(CONFIG),
             mission: None,
@@ -102,7 +104,7 @@ impl FlownFiles {
 fn copy_config(from: &Path, to: &Path) -> Result<(), Failure> {
     let text = regular_file::open(from).and_then(io::read_to_string).map_err(of(from))?;
     let mut config: toml::Table = text.parse().map_err(|_| Failure::Changed(from.to_owned()))?;
-    for (key, name) in [("mission", MISSION), ("contingencies", CONTINGENCIES), ("trees", TREES)] {
+    for (key, name) in [("mission", MISSION), ("contingencies", CONTINGENCIES), ("trees", TREES), ("skills", SKILLS)] {
         config.insert(key.into(), name.into());
     }
     fs::write(to, config.to_string()).map_err(of(to))
@@ -112,12 +114,13 @@ fn copy_file(from: &Path, to: &Path) -> Result<(), Failure> {
     regular_file::open(from).and_then(|_| fs::copy(from, to)).map(drop).map_err(of(from))
 }
 
-fn copy_trees(from: &Path, to: &Path) -> Result<(), Failure> {
+/// The files with this extension.
+fn copy_folder(from: &Path, to: &Path, extension: &str) -> Result<(), Failure> {
     fs::create_dir(to).map_err(of(to))?;
     for entry in fs::read_dir(from).map_err(of(from))? {
         let entry = entry.map_err(of(from))?;
         let path = entry.path();
-        if path.extension().is_some_and(|it| it == "xml") {
+        if path.extension().is_some_and(|it| it == extension) {
             copy_file(&path, &to.join(entry.file_name()))?;
         }
     }
@@ -152,6 +155,7 @@ mod tests {
         config.mission.clone_from(&read.config.mission);
         config.contingencies.clone_from(&read.config.contingencies);
         config.trees.clone_from(&read.config.trees);
+        config.skills.clone_from(&read.config.skills);
         assert_eq!(format!("{config:?}"), format!("{:?}", read.config));
     }
 }

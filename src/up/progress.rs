@@ -165,6 +165,7 @@ fn skill(kind: SkillKind) -> Option<&'static str> {
         SkillKind::Stop => Some("stop"),
         SkillKind::Offboard => Some("offboard"),
         SkillKind::Release => Some("release"),
+        SkillKind::Task => Some("task"),
     }
 }
 

@@ -19,11 +19,13 @@ fn each_file_that_was_read_is_named() {
     let (code, said, complaints) = check(&files, &["--files-only"]);
     assert_eq!((code, complaints.as_str()), (Some(0), ""), "{said}");
     let rows = std::fs::read_to_string(shipped().join("contingencies.toml")).unwrap().matches("\nflag = ").count();
+    let skills = std::fs::read_dir(shipped().join("skills")).unwrap().count();
     let expected = [
         "kittiwake.toml: vehicle uav1".to_owned(),
         "missions/reference.toml: mission reference, objectives: 2, areas: 2".to_owned(),
         "trees: the mission's tree, a step's and those of the actions".to_owned(),
         format!("contingencies.toml: contingencies: {rows}"),
+        format!("skills: declared skills: {skills}"),
         "zenoh/link.toml: the link to ground-router".to_owned(),
     ];
     let expected: Vec<_> = expected.iter().map(|line| format!("ok: {folder}/{line}")).collect();

@@ -32,6 +32,7 @@ mod recordings;
 mod remembered;
 mod replay;
 mod simulate;
+mod skills;
 mod sockets;
 mod storm;
 mod strangers;

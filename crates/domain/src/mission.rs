@@ -20,6 +20,7 @@ use sha2::{Digest as _, Sha256};
 use toml::Spanned;
 
 use crate::area::{Area, AreaKind, NO_LANDING_TO_M};
+use crate::declared_skill::DeclaredSkills;
 use crate::feed::Feed;
 use crate::file::{MOST_MISTAKES, Mistake, Mistakes, Source};
 use crate::geodesy::{LocalFrame, Origin};
@@ -86,6 +87,8 @@ pub struct ObjectiveStatus {
     pub permissions: Vec<String>,
     /// How far the release of a load has come that it asks for.
     pub release: ReleaseProgress,
+    /// How many of its tasks are done.
+    pub tasks_done: usize,
 }
 
 impl ObjectiveStatus {
@@ -98,6 +101,7 @@ impl ObjectiveStatus {
             replans: 0,
             permissions: Vec::new(),
             release: ReleaseProgress::NotPlanned,
+            tasks_done: 0,
         }
     }
 }
@@ -273,11 +277,23 @@ impl Mission {
     /// # Errors
     /// The mistakes, each with its place.
     pub fn read(source: &Source) -> Result<Mission, Mistakes> {
+        Mission::read_checked(source, None)
+    }
+
+    /// The same with the skills that its tasks may use: each task is checked against its declaration.
+    ///
+    /// # Errors
+    /// As [`Mission::read`], and a task that none of these skills does.
+    pub fn read_with(source: &Source, skills: &DeclaredSkills) -> Result<Mission, Mistakes> {
+        Mission::read_checked(source, Some(skills))
+    }
+
+    fn read_checked(source: &Source, skills: Option<&DeclaredSkills>) -> Result<Mission, Mistakes> {
         if let Some(mistake) = of_another_program(source) {
             return Err(Mistakes(vec![mistake]));
         }
         let file: MissionFile = source.parse()?;
-        let mut check = Checker { source, mistakes: Mistakes::default(), frame: None };
+        let mut check = Checker { source, mistakes: Mistakes::default(), frame: None, skills };
         check.bounds(&file);
         if !check.mistakes.0.is_empty() {
             return Err(check.mistakes);
@@ -440,6 +456,8 @@ struct ObjectiveEntry {
     drop: Option<Spanned<bool>>,
     #[serde(default)]
     actions: Vec<Spanned<String>>,
+    #[serde(default, rename = "do")]
+    tasks: Vec<Spanned<terms::TaskEntry>>,
 }
 
 #[derive(Deserialize)]
@@ -480,6 +498,8 @@ struct Checker<'a> {
     mistakes: Mistakes,
     /// Where the mission's origin is on Earth, if the file says so.
     frame: Option<LocalFrame>,
+    /// What its tasks may use, if that is known here.
+    skills: Option<&'a DeclaredSkills>,
 }
 
 impl Checker<'_> {

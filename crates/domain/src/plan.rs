@@ -37,6 +37,8 @@ pub struct Condition {
     pub mode: Option<FlightMode>,
     /// Areas whose permission must be held.
     pub permissions: Vec<String>,
+    /// The declared skill whose own condition must hold too.
+    pub skill: Option<String>,
 }
 
 /// One way to fly a step.

@@ -1,10 +1,13 @@
 //! Skill goals, checked: a goal with a value that is not a number, or a speed that cannot be flown, does not exist in
 //! this type.
 
+use std::sync::Arc;
+
 use kittiwake_proto::v1;
 
 use crate::fmu::FlightMode;
 use crate::geometry::{Ned, NedVelocity};
+use crate::task::TaskGoal;
 
 /// Which skill flies a goal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -19,6 +22,8 @@ pub enum SkillKind {
     Offboard,
     /// Open the gripper over a place.
     Release,
+    /// Hover while a process of its own carries out a declared skill.
+    Task,
 }
 
 /// How a skill ended.
@@ -81,7 +86,7 @@ pub struct SkillEvent {
 }
 
 /// What a skill is asked to do.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Goal {
     /// Land where the vehicle is.
     Land,
@@ -117,6 +122,8 @@ pub enum Goal {
         /// Over which place.
         over: Ned,
     },
+    /// Hover while a process of its own carries out a declared skill.
+    Task(Arc<TaskGoal>),
 }
 
 impl Goal {
@@ -138,6 +145,7 @@ impl Goal {
             Goal::Stop => SkillKind::Stop,
             Goal::Position { .. } | Goal::Velocity { .. } => SkillKind::Offboard,
             Goal::Release { .. } => SkillKind::Release,
+            Goal::Task(_) => SkillKind::Task,
         }
     }
 
@@ -156,7 +164,7 @@ impl Goal {
         match self {
             Goal::Land => FlightMode::Land,
             Goal::Takeoff { .. } => FlightMode::Takeoff,
-            Goal::Stop | Goal::Release { .. } => FlightMode::Loiter,
+            Goal::Stop | Goal::Release { .. } | Goal::Task(_) => FlightMode::Loiter,
             Goal::Position { .. } | Goal::Velocity { .. } => FlightMode::Offboard,
         }
     }
@@ -169,6 +177,7 @@ impl Goal {
             Goal::Stop => v1::SkillKind::Stop,
             Goal::Position { .. } | Goal::Velocity { .. } => v1::SkillKind::Offboard,
             Goal::Release { .. } => v1::SkillKind::Release,
+            Goal::Task(_) => v1::SkillKind::Task,
         }
     }
 }
@@ -183,6 +192,7 @@ impl std::fmt::Display for Goal {
             Goal::Position { target, .. } => write!(f, "fly to {target}"),
             Goal::Velocity { .. } => f.write_str("fly at a velocity"),
             Goal::Release { over } => write!(f, "release the load over {over}"),
+            Goal::Task(it) => write!(f, "{} over {}", it.task, it.over),
         }
     }
 }
@@ -211,6 +221,7 @@ pub fn kind_name(kind: v1::SkillKind) -> &'static str {
         v1::SkillKind::Stop => "stop",
         v1::SkillKind::Offboard => "offboard",
         v1::SkillKind::Release => "release",
+        v1::SkillKind::Task => "task",
     }
 }
 

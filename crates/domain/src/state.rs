@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use crate::fmu::{FlightMode, Gripper};
 use crate::geometry::Ned;
 use crate::quantity::Fraction;
+use crate::task::Task;
 
 /// A state to start from or to reach.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +23,8 @@ pub struct State {
     pub charge: Option<Fraction>,
     /// What the gripper does; `None` where that is not known, or a state to reach does not ask for it.
     pub gripper: Option<Gripper>,
+    /// The tasks of the objective that are done, or are to be done, in their order.
+    pub done: Vec<Task>,
 }
 
 /// How far apart two states may be and still count as one.
@@ -38,7 +41,15 @@ pub struct Tolerance {
 impl State {
     /// A state to reach, in any mode, with or without a load.
     pub fn new(position: Ned, flying: bool) -> State {
-        State { position, flying, mode: None, permissions: BTreeSet::new(), charge: None, gripper: None }
+        State {
+            position,
+            flying,
+            mode: None,
+            permissions: BTreeSet::new(),
+            charge: None,
+            gripper: None,
+            done: Vec::new(),
+        }
     }
 
     /// Whether this state is `goal` within the tolerance.
@@ -49,6 +60,7 @@ impl State {
             && apart_m <= if self.flying { tolerance.vertical_m } else { tolerance.ground_m }
             && goal.mode.is_none_or(|mode| self.mode == Some(mode))
             && goal.gripper.is_none_or(|gripper| self.gripper == Some(gripper))
+            && goal.done.len() <= self.done.len()
     }
 
     /// Whether both are over the same spot within the tolerance.

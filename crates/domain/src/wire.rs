@@ -25,6 +25,7 @@ mod origin;
 pub mod permission;
 pub mod plan;
 mod skill;
+pub mod task;
 mod traffic;
 
 pub(crate) use feed::{feeds_from_wire, feeds_to_wire};
@@ -248,6 +249,15 @@ impl TryFrom<v1::Site> for Site {
 /// `value` if it is a finite number.
 pub fn finite(field: &'static str, value: f64) -> Result<f64, InvalidMessage> {
     if value.is_finite() { Ok(value) } else { Err(out_of_range(field, value, "a finite number")) }
+}
+
+/// `value` if it is finite and at least zero.
+pub(crate) fn not_negative(field: &'static str, value: f64) -> Result<f64, InvalidMessage> {
+    if (0.0..=f64::MAX).contains(&value) {
+        Ok(value)
+    } else {
+        Err(out_of_range(field, value, "a number of at least 0"))
+    }
 }
 
 /// `value` if it is finite and more than zero.

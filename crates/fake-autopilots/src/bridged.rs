@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use domain::declared_skill::DeclaredSkills;
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Request, Response, Service, Topic};
 use kittiwake_proto::v1;
@@ -24,6 +25,7 @@ pub struct Bridged {
     config: Config,
     wire: Wire,
     bridge: MavlinkBridge<Box<dyn Link>>,
+    skills: DeclaredSkills,
     key: Option<Key>,
     /// The bridge is dead until then.
     dead_until: Option<Time>,
@@ -33,13 +35,19 @@ impl Bridged {
     /// The bridge to `autopilot` over its `wire`.
     pub fn new(autopilot: FakeAutopilot, config: &Config, wire: Wire) -> Bridged {
         let bridge = MavlinkBridge::new(config, signed(&wire, None));
-        Bridged { autopilot, config: config.clone(), wire, bridge, key: None, dead_until: None }
+        let (config, skills) = (config.clone(), DeclaredSkills::default());
+        Bridged { autopilot, config, wire, bridge, skills, key: None, dead_until: None }
     }
 
     /// The same, with a bridge that signs what it says and believes nothing that is not signed.
     pub fn signing_with(self, key: Key) -> Bridged {
         let bridge = MavlinkBridge::new(&self.config, signed(&self.wire, Some(&key)));
         Bridged { bridge, key: Some(key), ..self }
+    }
+
+    /// The same, with declared skills, of which the autopilot carries out those with a command.
+    pub fn with_skills(self, skills: &DeclaredSkills) -> Bridged {
+        Bridged { bridge: self.bridge.with_skills(skills), skills: skills.clone(), ..self }
     }
 
     /// The same, with a ground station behind `link`; a bridge that was started again has none.
@@ -92,7 +100,8 @@ impl Node for Bridged {
         self.autopilot.act(now, effects);
         if self.dead_until.is_some_and(|until| until <= now.time) {
             self.dead_until = None;
-            self.bridge = MavlinkBridge::new(&self.config, signed(&self.wire, self.key.as_ref()));
+            let bridge = MavlinkBridge::new(&self.config, signed(&self.wire, self.key.as_ref()));
+            self.bridge = bridge.with_skills(&self.skills);
         }
         match self.dead_until {
             None => self.bridge.act(now, effects),

@@ -8,6 +8,7 @@ use domain::mission::terms::{Order, Terms};
 use serde::Serialize;
 
 use crate::export::{degrees, utc};
+use crate::terms::task_entry;
 
 /// What is written.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,6 +57,8 @@ pub(crate) struct TermsEntry {
     drop: Option<bool>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     actions: Vec<String>,
+    #[serde(rename = "do", skip_serializing_if = "Vec::is_empty")]
+    tasks: Vec<serde_json::Value>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -77,6 +80,7 @@ impl From<&Terms> for TermsEntry {
             dwell_s: Some(terms.dwell.as_secs_f64()).filter(|it| 0.0 < *it),
             drop: terms.drop.then_some(true),
             actions: terms.actions.clone(),
+            tasks: terms.tasks.iter().map(task_entry).collect(),
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use domain::mission::terms::Terms;
+use domain::task::Task;
 use serde_json::{Map, Value, json};
 
 use crate::applicability;
@@ -10,8 +11,8 @@ use crate::findings::Wrong;
 use crate::json::Node;
 
 /// Their names.
-pub(crate) const PROPERTIES: [&str; 8] =
-    ["optional", "worth", "after", "reach_within_s", "reach_by_utc", "dwell_s", "drop", "actions"];
+pub(crate) const PROPERTIES: [&str; 9] =
+    ["optional", "worth", "after", "reach_within_s", "reach_by_utc", "dwell_s", "drop", "actions", "do"];
 
 /// As they stand in `properties`. Whether they make sense together is asked of the mission file that they become part of.
 pub(crate) fn read(properties: &Node<'_>) -> Result<Terms, Wrong> {
@@ -33,7 +34,21 @@ pub(crate) fn read(properties: &Node<'_>) -> Result<Terms, Wrong> {
         dwell: time("dwell_s")?.unwrap_or_default(),
         drop: properties.get("drop").map(|it| it.boolean()).transpose()?.unwrap_or_default(),
         actions: texts("actions")?,
+        tasks: properties.list("do")?.iter().map(task).collect::<Result<_, _>>()?,
     })
+}
+
+/// `{ "skill": "winch_down", "length_m": 12 }`
+fn task(node: &Node<'_>) -> Result<Task, Wrong> {
+    let inputs = node.object()?.keys().filter(|it| *it != "skill");
+    let inputs = inputs.map(|it| Ok((it.clone(), node.need(it)?.number()?))).collect::<Result<_, Wrong>>()?;
+    Ok(Task { skill: node.need("skill")?.text()?.to_owned(), inputs })
+}
+
+/// A task as a mission file has it.
+pub(crate) fn task_entry(task: &Task) -> Value {
+    let inputs = task.inputs.iter().map(|(name, value)| (name.clone(), json!(value)));
+    std::iter::once(("skill".to_owned(), json!(task.skill))).chain(inputs).collect::<Map<_, _>>().into()
 }
 
 /// A time that a mission may ask for.
@@ -69,5 +84,8 @@ pub(crate) fn write(terms: &Terms, properties: &mut Map<String, Value>) {
     }
     if !terms.actions.is_empty() {
         add("actions", json!(terms.actions));
+    }
+    if !terms.tasks.is_empty() {
+        add("do", terms.tasks.iter().map(task_entry).collect());
     }
 }

@@ -68,7 +68,8 @@ pub struct Flown {
 /// Mistakes in the files.
 pub fn fly(system: &System, table: &Contingencies, case: &Case) -> Result<Flown, Mistakes> {
     let stage = case.stage;
-    let mut simulation = system.simulation(stage.mission(), stage.permissions(), stage.ground())?;
+    let mission = stage.mission(system.skills());
+    let mut simulation = system.simulation(&mission, stage.permissions(), stage.ground())?;
     let mut watch = Watch {
         table,
         case,

@@ -26,7 +26,7 @@ pub use classes::classes;
 use flight::{Case, Flown, fly};
 use stage::Stage;
 
-use crate::System;
+use crate::{Conduct, System};
 
 /// Between two flags: at one moment, while the first response begins, and once it is established.
 const GAPS: [Duration; 3] = [Duration::ZERO, Duration::from_secs(2), Duration::from_secs(12)];
@@ -37,8 +37,9 @@ const OTHERS: usize = 2;
 
 /// The flights that show what the manager does with a table, each once.
 ///
-/// Of rows that it cannot tell apart ([`classes`]) the first is flown, and with another one of its kind the last.
-pub fn cases(table: &Contingencies, is_quick: bool) -> Vec<Case> {
+/// Of rows that it cannot tell apart ([`classes`]) the first is flown, and with another one of its kind the last. Of `skills` each is under
+/// way once with every flag, and with every pair; in a hurry each flag meets one of them.
+pub fn cases(table: &Contingencies, skills: usize, is_quick: bool) -> Vec<Case> {
     let classes = classes(table);
     let mut cases = Vec::new();
     let single = |stage: Stage, class: &[usize]| Case { stage, first: class[0], second: None };
@@ -51,7 +52,17 @@ pub fn cases(table: &Contingencies, is_quick: bool) -> Vec<Case> {
             let other = (number + away * (number % 7 + 1)) % classes.len();
             cases.extend(pair(stage, GAP, &classes[number], &classes[other]));
         }
+        let tasks = (0..skills).cycle().map(|it| Stage::Task(it, Conduct::Endless));
+        cases.extend(tasks.zip(&classes).map(|(stage, class)| single(stage, class)));
         return cases;
+    }
+    for skill in 0..skills {
+        for conduct in [Conduct::Endless, Conduct::Deaf, Conduct::Gone] {
+            cases.extend(classes.iter().map(|it| single(Stage::Task(skill, conduct), it)));
+        }
+        let stage = Stage::Task(skill, Conduct::Endless);
+        let pairs = classes.iter().flat_map(|first| classes.iter().filter_map(move |it| pair(stage, GAP, first, it)));
+        cases.extend(pairs);
     }
     for stage in Stage::ALL {
         cases.extend(classes.iter().map(|it| single(stage, it)));
@@ -129,7 +140,7 @@ mod tests {
         let system = System::read(&config()).unwrap();
         let (table, classes) = (system.table(), classes(system.table()));
         assert_eq!(classes.iter().map(Vec::len).sum::<usize>(), table.rows().len(), "each row is in one class");
-        let cases = cases(table, false);
+        let cases = cases(table, 0, false);
         for stage in Stage::ALL {
             let singles = cases.iter().filter(|it| it.stage == stage && it.second.is_none()).count();
             assert_eq!(singles, classes.len(), "{stage}");
@@ -141,7 +152,8 @@ mod tests {
 
     #[test]
     fn the_flights_in_a_hurry_have_nothing_against_the_shipped_table() {
-        let cases = cases(System::read(&config()).unwrap().table(), true);
+        let system = System::read(&config()).unwrap();
+        let cases = cases(system.table(), system.skills().all().len(), true);
         let flown = fly_all(&config(), &cases, 2, |_| {}).unwrap();
         assert_eq!(flown.len(), cases.len());
         let faulty: Vec<&Flown> = flown.iter().filter(|it| !it.faults.is_empty()).collect();

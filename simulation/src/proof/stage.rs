@@ -4,12 +4,13 @@ use std::fmt;
 use std::time::Duration;
 
 use control_tower::policy::Policy;
+use domain::declared_skill::{DeclaredSkill, DeclaredSkills};
 use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, MissionPhase, SkillKind};
 
 use vehicle_sim::ground::{Ground, Patch, Surface};
 
-use crate::Simulation;
+use crate::{Conduct, Simulation};
 
 /// An area across the way, and a place on a hill behind it, with water between: short, since every flight begins with it.
 const GATE: &str = "name = \"gate\"
@@ -21,6 +22,21 @@ const GATE: &str = "name = \"gate\"
 const HOP: &str = "name = \"hop\"
 [[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 40\nheight_m = 4\nflying = false
 [[area]]\nname = \"yard\"\nkind = \"permission\"\ncorners_m = [[-12, -12], [12, -12], [12, 12], [-12, 12]]\n";
+/// A task of a declared skill, and back.
+fn task_mission(skill: &DeclaredSkill) -> String {
+    let inputs = skill.example(&[]).inputs.into_iter().map(|(name, value)| format!(", {name} = {value:?}"));
+    format!(
+        "name = \"task\"
+        [[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 40\nheight_m = {:?}\nflying = true
+        do = [{{ skill = \"{}\"{} }}]
+        [[objective]]\nname = \"back\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n",
+        // One that could be used nowhere was not read.
+        skill.usable_at_m().unwrap_or_default(),
+        skill.name,
+        inputs.collect::<String>()
+    )
+}
+
 /// The height of the hills, above the take-off point.
 const HILL_M: f64 = 4.0;
 /// The area of the first, from west to east.
@@ -55,6 +71,8 @@ pub enum Stage {
     Responding,
     /// After the end of the mission, on the ground.
     AfterEnd,
+    /// While a process carries out the declared skill of this number, and does so from then on.
+    Task(usize, Conduct),
 }
 
 impl Stage {
@@ -72,11 +90,17 @@ impl Stage {
         Stage::AfterEnd,
     ];
 
+    /// Whether a declared skill is under way in it.
+    fn is_task(self) -> bool {
+        matches!(self, Stage::Task(..))
+    }
+
     /// The mission that leads there.
-    pub(super) fn mission(self) -> &'static str {
+    pub(super) fn mission(self, skills: &DeclaredSkills) -> String {
         match self {
-            Stage::OnGround | Stage::Takeoff | Stage::Landing | Stage::AfterEnd => HOP,
-            _ => GATE,
+            Stage::OnGround | Stage::Takeoff | Stage::Landing | Stage::AfterEnd => HOP.to_owned(),
+            Stage::Task(number, _) => skills.all().get(number).map_or(String::new(), task_mission),
+            _ => GATE.to_owned(),
         }
     }
 
@@ -84,7 +108,11 @@ impl Stage {
     pub(super) fn ground(self) -> Ground {
         let hill = |east_m: f64| Patch::square((0.0, east_m), 20.0, HILL_M, Surface::Land);
         let water = Patch { north_m: [-200.0, 200.0], east_m: [95.0, 112.0], height_m: 0.0, surface: Surface::Water };
-        let patches = if self.mission() == HOP { vec![hill(40.0)] } else { vec![water, hill(130.0)] };
+        let patches = match self {
+            Stage::Task(..) => Vec::new(),
+            Stage::OnGround | Stage::Takeoff | Stage::Landing | Stage::AfterEnd => vec![hill(40.0)],
+            _ => vec![water, hill(130.0)],
+        };
         Ground { patches, ..Ground::default() }
     }
 
@@ -98,6 +126,9 @@ impl Stage {
 
     /// Flies there; whether it came.
     pub(super) fn reach(self, simulation: &mut Simulation<'_>) -> bool {
+        if self.is_task() {
+            simulation.skills_conduct(Conduct::Endless);
+        }
         if matches!(self, Stage::Replanning | Stage::Transition) {
             if !Stage::Cruise.reach(simulation) {
                 return false;
@@ -111,6 +142,9 @@ impl Stage {
             simulation.pass(STEP);
             waited += STEP;
             if self.is_there(simulation) {
+                if let Stage::Task(_, conduct) = self {
+                    simulation.skills_conduct(conduct);
+                }
                 return true;
             }
         }
@@ -136,6 +170,7 @@ impl Stage {
             Stage::Transition => seen.manager.in_transition && 5.0 < height_m,
             Stage::Landing => skill == SkillKind::Land && HILL_M + 3.0 < height_m,
             Stage::AfterEnd => seen.report.is_some() && seen.is_on_ground(),
+            Stage::Task(..) => skill == SkillKind::Task,
         }
     }
 }
@@ -144,6 +179,9 @@ impl Stage {
 impl fmt::Display for Stage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Stage::Task(_, Conduct::Deaf) => "a declared skill under way, whose process hears nothing more",
+            Stage::Task(_, Conduct::Gone) => "a declared skill under way, whose process has died",
+            Stage::Task(..) => "a declared skill under way",
             Stage::OnGround => "on the ground",
             Stage::Takeoff => "takeoff",
             Stage::Cruise => "cruise",

@@ -94,7 +94,7 @@ impl Nodes {
     fn restart(&mut self, node: u8, instance: u64) -> Result<(), Refusal> {
         match node {
             0 => self.mcm = manager(&self.files, &self.vehicle, instance, self.pace, self.tower_key)?,
-            _ => self.planner = planner(&self.files, self.pace),
+            _ => self.planner = self.files.planner(self.pace),
         }
         Ok(())
     }
@@ -112,10 +112,6 @@ fn manager(
         None => mcm,
         Some(key) => mcm.that_verifies_with(key),
     })
-}
-
-fn planner(files: &Files, pace: Pace) -> planner::Planner {
-    planner::Planner::new(&files.planner, &files.aircraft, pace)
 }
 
 fn nodes(header: &Header) -> Result<Nodes, Refusal> {
@@ -140,7 +136,7 @@ fn nodes(header: &Header) -> Result<Nodes, Refusal> {
         key => Some(key.parse().map_err(|_| other("the tower's key in the recording is invalid"))?),
     };
     let mcm = manager(&files, &header.vehicle, header.instance, pace, tower_key)?;
-    let planner = planner(&files, pace);
+    let planner = files.planner(pace);
     Ok(Nodes { files, vehicle: header.vehicle.clone(), pace, tower_key, mcm, planner })
 }
 

@@ -8,7 +8,7 @@ use kittiwake_proto::v1::MissionOutcome;
 
 use crate::stories::support::sample;
 
-use super::{BOTH, LIMIT, assert_success, fly, reference, with_keys};
+use super::{BOTH, LIMIT, assert_success, fly, mission, reference, with_keys};
 
 #[test]
 fn the_reference_mission_is_flown_over_both_autopilots() {
@@ -52,5 +52,19 @@ fn without_the_same_key_on_both_sides_nothing_takes_off() {
             let log = simulation.decision_log();
             assert!(!log.contains("step 1 succeeded"), "{kind:?}, {autopilots:?} and {bridges:?}\n{log}");
         }
+    }
+}
+
+#[test]
+fn a_skill_that_is_a_command_is_carried_out_by_the_autopilot() {
+    let text = "name = \"gripper\"
+        [[objective]]\nname = \"buoy\"\nnorth_m = 0\neast_m = 100\nheight_m = 10\nflying = true
+        do = [{ skill = \"gripper_release\" }]
+        [[objective]]\nname = \"home\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n";
+    for kind in BOTH {
+        let file = crate::stories::support::mission_file(&format!("gripper_{kind:?}"), text);
+        let mut simulation = mission(Some(&file), kind, Policy::Grant, Faults::default(), None, None);
+        let report = fly(&mut simulation);
+        assert_success(&simulation, &report);
     }
 }

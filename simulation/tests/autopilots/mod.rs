@@ -1,8 +1,10 @@
 //! Whole flights over MAVLink: both autopilots as they were measured (`fake-autopilots`), the bridge, and all services above it.
 
+use std::path::Path;
 use std::time::Duration;
 
 use control_tower::policy::Policy;
+use domain::declared_skill::DeclaredSkills;
 use domain::file::Source;
 use domain::time::Pace;
 use fake_autopilots::bridged::Bridged;
@@ -42,8 +44,22 @@ fn with_keys(
     bridges: Option<&str>,
 ) -> Simulation<'static> {
     let [autopilots, bridges] = [autopilots, bridges].map(|it| it.map(|it| it.repeat(32).parse::<Key>().unwrap()));
+    mission(None, kind, permissions, faults, autopilots, bridges)
+}
+
+/// The same with another mission.
+#[track_caller]
+fn mission(
+    file: Option<&Path>,
+    kind: Kind,
+    permissions: Policy,
+    faults: Faults,
+    autopilots: Option<Key>,
+    bridges: Option<Key>,
+) -> Simulation<'static> {
     let config = crate::stories::support::shipped();
-    let setup = Setup { config: &config, mission: None, permissions, seed: 1, machine: Machine::Ideal };
+    let skills = DeclaredSkills::read(&config.join("skills")).unwrap();
+    let setup = Setup { config: &config, mission: file, permissions, seed: 1, machine: Machine::Ideal };
     let sections: Sections = Source::read(&config.join("kittiwake.toml")).unwrap().parse().unwrap();
     let simulation = Simulation::with_vehicle(&setup, |vehicle| {
         let (wire, vehicle) = (Wire::new(faults, 1), kind.flies(vehicle.clone()));
@@ -54,10 +70,11 @@ fn with_keys(
             None => autopilot,
         };
         let bridged = Bridged::new(autopilot, &sections.mavlink_bridge, wire);
-        match bridges {
+        let bridged = match bridges {
             Some(key) => bridged.signing_with(key),
             None => bridged,
-        }
+        };
+        bridged.with_skills(&skills)
     });
     simulation.unwrap()
 }

@@ -45,7 +45,7 @@ pub fn config_with(name: &str, changes: &[(&str, &str)]) -> PathBuf {
 #[track_caller]
 fn copy_with(shipped: &Path, name: &str, changes: &[(&str, &str)]) -> PathBuf {
     let copy = own_path(name);
-    for folder in ["trees", "missions"] {
+    for folder in ["trees", "missions", "skills"] {
         std::fs::create_dir_all(copy.join(folder)).unwrap();
         for file in std::fs::read_dir(shipped.join(folder)).unwrap() {
             let path = file.unwrap().path();

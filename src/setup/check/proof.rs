@@ -55,6 +55,7 @@ pub fn prove(
     config: &Path,
     path: &Path,
     table: &Contingencies,
+    skills: usize,
     is_quick: bool,
     jobs: usize,
 ) -> Result<Proof, Mistakes> {
@@ -65,7 +66,7 @@ pub fn prove(
     let kinds = classes(table).len();
     // What a flight would show of such a table is shown by the remark.
     let is_flown = remarks.is_empty() && sets.wrong.is_empty();
-    let cases = if is_flown { cases(table, is_quick) } else { Vec::new() };
+    let cases = if is_flown { cases(table, skills, is_quick) } else { Vec::new() };
     let by_fault = if is_flown { faults::cases(is_quick) } else { Vec::new() };
     let progress = Progress::of((cases.len() + by_fault.len()) as u64, "flights");
     let flown = fly_all(config, &cases, jobs, |_| progress.done());

@@ -124,11 +124,13 @@ fields! {
     Pace "skill.pace_percent" number(Unit::PERCENT, -1000.0, 1000.0);
     /// Mission seconds since a skill was to end and did not; 0 without one.
     CancelWait "skill.cancel_s" number(Unit::SECOND, 0.0, 1_000_000.0);
-    /// Mission seconds since the vehicle has held in the air, or come no farther than 20 m, but for a stay of its mission or the approval of a
-    /// plan.
+    /// Mission seconds since the vehicle has held in the air, or come no farther than 20 m, but for a stay or a task of its mission, or the approval
+    /// of a plan.
     OperatorWait "operator.awaited_s" number(Unit::SECOND, 0.0, 1_000_000.0);
     /// Mission seconds since there has been nothing to fly although the mission goes on; 0 if there is.
     PlanWait "plan.awaited_s" number(Unit::SECOND, 0.0, 1_000_000.0);
+    /// Whether the rest of the mission uses a declared skill that no process offers.
+    SkillMissing "mission.skill_missing" Kind::Choice(TRUTH);
     /// Whether the ground cannot record the flight although it is to.
     RecordFails "ground.record_fails" Kind::Choice(TRUTH);
     /// The greatest step of the machine's wall clock within the last half minute or more, either way.

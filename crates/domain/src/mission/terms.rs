@@ -9,7 +9,23 @@ use toml::Spanned;
 
 use super::bounds::LONGEST_ACTION;
 use super::{Checker, ObjectiveEntry};
+use crate::declared_skill::{MOST_TASKS, NAMES, is_name};
 use crate::file::did_you_mean;
+use crate::task::Task;
+
+/// `{ skill = "winch_down", length_m = 12.0 }`
+#[derive(Deserialize)]
+pub(super) struct TaskEntry {
+    skill: String,
+    #[serde(flatten)]
+    inputs: BTreeMap<String, f64>,
+}
+
+impl TaskEntry {
+    fn task(&self) -> Task {
+        Task { skill: self.skill.clone(), inputs: self.inputs.iter().map(|(name, it)| (name.clone(), *it)).collect() }
+    }
+}
 
 /// In which order the objectives of a mission are attempted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -40,6 +56,8 @@ pub struct Terms {
     /// Commands to the payload at this place, or during this survey: each a name and its numbers. They are kept, and nothing
     /// flies them yet.
     pub actions: Vec<String>,
+    /// Declared skills that are used there, in flight, after a drop and before the stay.
+    pub tasks: Vec<Task>,
 }
 
 /// Most seconds of a stay, and of a time limit; a longer one is a typing mistake.
@@ -87,6 +105,24 @@ impl Checker<'_> {
                 self.say(Some(action.span()), message, &help);
             }
         }
+        if let Some(first) = it.tasks.first().filter(|_| !it.flying) {
+            let message = format!("objective `{}` is on the ground, and skills are used in flight", it.name.as_ref());
+            self.say(Some(first.span()), message, "set `flying = true` and a height, or take `do` out");
+        }
+        for task in &it.tasks {
+            let mut names = [&task.as_ref().skill].into_iter().chain(task.as_ref().inputs.keys());
+            if let Some(name) = names.find(|it| !is_name(it)) {
+                self.say(Some(task.span()), format!("{name:?} cannot name a skill or an input"), NAMES);
+                continue;
+            }
+            if let Some((message, help)) = self.skills.and_then(|it| it.misfit(&task.as_ref().task())) {
+                self.say(Some(task.span()), message, &help);
+            }
+        }
+        if let Some(task) = it.tasks.get(MOST_TASKS) {
+            let message = format!("objective `{}` does more than {MOST_TASKS} things", it.name.as_ref());
+            self.say(Some(task.span()), message, "spread them over several objectives");
+        }
         // What is out of range was reported.
         let time = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default();
         Terms {
@@ -97,6 +133,7 @@ impl Checker<'_> {
             dwell: time(dwell_s),
             drop: it.drop.as_ref().is_some_and(|it| *it.as_ref()),
             actions: it.actions.iter().map(|it| it.as_ref().clone()).collect(),
+            tasks: it.tasks.iter().map(|it| it.as_ref().task()).collect(),
         }
     }
 
@@ -203,6 +240,7 @@ reach_within_s = 600.0
 reach_by_utc = "2026-05-01T08:00:00Z"
 drop = true
 actions = ["MAV_CMD_IMAGE_START_CAPTURE 0 2"]
+do = [{ skill = "winch_down", length_m = 12.0 }]
 "#;
 
     fn read(text: &str) -> Result<Mission, Mistakes> {
@@ -222,6 +260,7 @@ actions = ["MAV_CMD_IMAGE_START_CAPTURE 0 2"]
             dwell: Duration::ZERO,
             drop: true,
             actions: vec!["MAV_CMD_IMAGE_START_CAPTURE 0 2".into()],
+            tasks: vec![Task { skill: "winch_down".into(), inputs: vec![("length_m".into(), 12.0)] }],
         };
         assert_eq!(mission.objectives[1].terms, expected);
         let plain = read(&GOOD.replace("order = \"free\"\n", "")).unwrap();
@@ -283,6 +322,7 @@ actions = ["MAV_CMD_IMAGE_START_CAPTURE 0 2"]
             ("optional = true\nworth = 2.5\n", ""),
             ("drop = true", "drop = false"),
             ("CAPTURE 0 2", "CAPTURE 0 3"),
+            ("length_m = 12.0", "length_m = 13.0"),
         ] {
             let other = read(&GOOD.replacen(found, replaced, 1)).unwrap();
             assert_ne!(other.identity(), mission.identity(), "{found}");

@@ -9,6 +9,7 @@ use crate::mission::{
     MissionOutcome, MissionReport, Objective, ObjectiveReport, ObjectiveStatus, Progress, ReleaseProgress,
 };
 use crate::survey::Survey;
+use crate::task::Task;
 
 fn from_progress(progress: Progress) -> (v1::ObjectiveState, String) {
     match progress {
@@ -48,6 +49,8 @@ impl From<ObjectiveStatus> for v1::Objective {
             survey: status.objective.survey.map(Into::into),
             drop: terms.drop,
             actions: terms.actions,
+            tasks: terms.tasks.iter().map(Into::into).collect(),
+            tasks_done: status.tasks_done as u32,
             release: v1::ReleaseProgress::from(status.release) as i32,
         }
     }
@@ -107,13 +110,14 @@ impl TryFrom<v1::Objective> for ObjectiveStatus {
             dwell: duration("dwell_s", status.dwell_s)?,
             drop: status.drop,
             actions: status.actions,
+            tasks: status.tasks.into_iter().map(Task::try_from).collect::<Result<_, _>>()?,
         };
         Ok(ObjectiveStatus {
             objective: Objective {
                 name: status.name,
                 position: end.unwrap_or(position),
-                // A survey on the ground would never be over, and no load is dropped there.
-                flying: status.flying || survey.is_some() || status.drop,
+                // A survey on the ground would never be over, and no load is dropped and no task done there.
+                flying: status.flying || survey.is_some() || terms.drop || !terms.tasks.is_empty(),
                 terms,
                 survey,
             },
@@ -122,6 +126,7 @@ impl TryFrom<v1::Objective> for ObjectiveStatus {
             replans: status.replans,
             permissions: status.permissions,
             release,
+            tasks_done: status.tasks_done as usize,
         })
     }
 }
@@ -214,9 +219,10 @@ pub(super) mod tests {
         let time = || (0..1_000_000u64).prop_map(Duration::from_millis);
         let worth = prop::option::of(0.0..1e6);
         let after = prop::collection::vec(name(), 0..3);
-        let payload = (any::<bool>(), prop::collection::vec(name(), 0..3));
+        let tasks = prop::collection::vec(super::super::task::tests::task(), 0..3);
+        let payload = (any::<bool>(), prop::collection::vec(name(), 0..3), tasks);
         (worth, after, prop::option::of(time()), prop::option::of(any::<i64>()), time(), payload).prop_map(
-            |(worth, after, within, by_utc_ms, dwell, (drop, actions))| Terms {
+            |(worth, after, within, by_utc_ms, dwell, (drop, actions, tasks))| Terms {
                 worth,
                 after,
                 within,
@@ -224,6 +230,7 @@ pub(super) mod tests {
                 dwell,
                 drop,
                 actions,
+                tasks,
             },
         )
     }
@@ -244,14 +251,14 @@ pub(super) mod tests {
         let place = (ned(), prop::option::of(survey()), any::<bool>());
         let release = [ReleaseProgress::NotPlanned, ReleaseProgress::Planned, ReleaseProgress::Seen];
         let release = prop::sample::select(release.to_vec());
-        let counts = (any::<u32>(), any::<u32>(), release);
+        let counts = (any::<u32>(), any::<u32>(), release, 0..5_usize);
         (name(), place, terms(), progress(), counts, names).prop_map(
             |(name, (position, survey, flying), terms, progress, counts, permissions)| {
-                let (plan_steps, replans, release) = counts;
+                let (plan_steps, replans, release, tasks_done) = counts;
                 let end =
                     survey.as_ref().and_then(|it| it.turns().last()).map(|it| it.at.at_height(position.height_m()));
                 let position = end.unwrap_or(position);
-                let flying = flying || survey.is_some() || terms.drop;
+                let flying = flying || survey.is_some() || terms.drop || !terms.tasks.is_empty();
                 ObjectiveStatus {
                     objective: Objective { name, position, flying, terms, survey },
                     progress,
@@ -259,6 +266,7 @@ pub(super) mod tests {
                     replans,
                     permissions,
                     release,
+                    tasks_done,
                 }
             },
         )

@@ -18,6 +18,7 @@ use crate::plan::{
 use crate::quantity::Fraction;
 use crate::site::Site;
 use crate::state::State;
+use crate::task::Task;
 use crate::time::{Now, Time};
 
 impl From<State> for v1::PlanningState {
@@ -29,6 +30,7 @@ impl From<State> for v1::PlanningState {
             permissions: state.permissions.into_iter().collect(),
             charge: state.charge.map(Fraction::get),
             gripper: state.gripper.map_or(v1::Gripper::Unspecified, Into::into) as i32,
+            done: state.done.iter().map(Into::into).collect(),
         }
     }
 }
@@ -44,6 +46,7 @@ impl TryFrom<v1::PlanningState> for State {
             position: state.position.ok_or(InvalidMessage::Missing("position"))?.try_into()?,
             flying: state.flying,
             permissions: state.permissions.into_iter().collect(),
+            done: state.done.into_iter().map(Task::try_from).collect::<Result<_, _>>()?,
         })
     }
 }
@@ -54,6 +57,7 @@ impl From<Condition> for v1::Condition {
             flying: condition.flying,
             mode: condition.mode.map(|mode| v1::FlightMode::from(mode) as i32),
             permissions: condition.permissions,
+            skill: condition.skill.unwrap_or_default(),
         }
     }
 }
@@ -66,7 +70,8 @@ impl TryFrom<v1::Condition> for Condition {
             None => None,
             Some(_) => Some(flight_mode(condition.mode()).ok_or(InvalidMessage::Missing("mode"))?),
         };
-        Ok(Condition { flying: condition.flying, mode, permissions: condition.permissions })
+        let skill = Some(condition.skill).filter(|it| !it.is_empty());
+        Ok(Condition { flying: condition.flying, mode, permissions: condition.permissions, skill })
     }
 }
 
@@ -449,6 +454,7 @@ mod tests {
     use super::super::generators::{area, mode, name, ned, origin, site};
     use super::super::mission::tests::objective;
     use super::super::skill::tests::goal;
+    use super::super::task::tests::task;
     use super::*;
     use crate::feed::Feed;
     use crate::fmu::Gripper;
@@ -457,22 +463,25 @@ mod tests {
         let permissions = prop::collection::btree_set(name(), 0..3);
         let charge = prop::option::of((0.0..=1.0).prop_map(|it| Fraction::try_from(it).unwrap()));
         let gripper = prop::option::of(prop::sample::select(vec![Gripper::Holding, Gripper::Released]));
-        (ned(), any::<bool>(), prop::option::of(mode()), permissions, charge, gripper).prop_map(
-            |(position, flying, mode, permissions, charge, gripper)| State {
+        let done = prop::collection::vec(task(), 0..3);
+        (ned(), any::<bool>(), prop::option::of(mode()), permissions, charge, gripper, done).prop_map(
+            |(position, flying, mode, permissions, charge, gripper, done)| State {
                 position,
                 flying,
                 mode,
                 permissions,
                 charge,
                 gripper,
+                done,
             },
         )
     }
 
     fn condition() -> impl Strategy<Value = Condition> {
         let permissions = prop::collection::vec(name(), 0..3);
-        (prop::option::of(any::<bool>()), prop::option::of(mode()), permissions)
-            .prop_map(|(flying, mode, permissions)| Condition { flying, mode, permissions })
+        let skill = prop::option::of(name().prop_filter("none is empty", |it| !it.is_empty()));
+        (prop::option::of(any::<bool>()), prop::option::of(mode()), permissions, skill)
+            .prop_map(|(flying, mode, permissions, skill)| Condition { flying, mode, permissions, skill })
     }
 
     fn step() -> impl Strategy<Value = Step> {

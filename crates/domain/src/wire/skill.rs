@@ -1,5 +1,7 @@
 //! Goals, events and states of skills.
 
+use std::sync::Arc;
+
 use kittiwake_proto::v1;
 
 use super::{InvalidMessage, finite, positive};
@@ -13,6 +15,7 @@ impl From<SkillKind> for v1::SkillKind {
             SkillKind::Stop => v1::SkillKind::Stop,
             SkillKind::Offboard => v1::SkillKind::Offboard,
             SkillKind::Release => v1::SkillKind::Release,
+            SkillKind::Task => v1::SkillKind::Task,
         }
     }
 }
@@ -27,6 +30,7 @@ impl TryFrom<v1::SkillKind> for SkillKind {
             v1::SkillKind::Stop => Ok(SkillKind::Stop),
             v1::SkillKind::Offboard => Ok(SkillKind::Offboard),
             v1::SkillKind::Release => Ok(SkillKind::Release),
+            v1::SkillKind::Task => Ok(SkillKind::Task),
         }
     }
 }
@@ -75,6 +79,7 @@ impl From<Goal> for v1::SkillGoal {
                 G::Velocity(v1::VelocityGoal { velocity: Some(velocity.into()), yaw_rate_rad_s, timeout_s })
             }
             Goal::Release { over } => G::Release(v1::ReleaseGoal { over: Some(over.into()) }),
+            Goal::Task(it) => G::Task(it.as_ref().into()),
         };
         v1::SkillGoal { goal: Some(goal) }
     }
@@ -100,6 +105,7 @@ impl TryFrom<v1::SkillGoal> for Goal {
                 timeout_s: it.timeout_s.map(|it| positive("timeout_s", it)).transpose()?,
             },
             G::Release(it) => Goal::Release { over: it.over.ok_or(InvalidMessage::Missing("over"))?.try_into()? },
+            G::Task(it) => Goal::Task(Arc::new(it.try_into()?)),
         })
     }
 }
@@ -125,6 +131,7 @@ impl From<SkillEvent> for v1::SkillEvent {
             position_timestamp_us: event.position_timestamp_us,
             landed_timestamp_us: event.landed_timestamp_us,
             flown_by_other: event.flown_by_other,
+            results: Vec::new(),
         }
     }
 }
@@ -162,6 +169,8 @@ pub(super) mod tests {
     use super::super::generators::{name, ned, velocity};
     use super::*;
     use crate::geometry::{Ned, NedVelocity};
+    use crate::task::TaskGoal;
+    use crate::wire::task::tests::task;
 
     pub(crate) fn goal() -> impl Strategy<Value = Goal> {
         let position = (ned(), 0.1..20.0, prop::option::of(-3.0..3.0), any::<bool>()).prop_map(
@@ -176,7 +185,12 @@ pub(super) mod tests {
             .prop_map(|(velocity, yaw_rate_rad_s, timeout_s)| Goal::Velocity { velocity, yaw_rate_rad_s, timeout_s });
         let takeoff = (0.1..100.0).prop_map(|climb_m| Goal::Takeoff { climb_m });
         let release = ned().prop_map(|over| Goal::Release { over });
-        prop_oneof![Just(Goal::Land), Just(Goal::Stop), takeoff, position, velocity, release]
+        let task =
+            (ned(), task(), 0.0..100.0, 0.1..100.0, name()).prop_map(|(over, task, estimate_s, limit_s, outcome)| {
+                let (power_w, interrupt_s, succeeds_as) = (estimate_s, estimate_s / 10.0, vec![outcome]);
+                Goal::Task(Arc::new(TaskGoal { over, task, estimate_s, power_w, limit_s, interrupt_s, succeeds_as }))
+            });
+        prop_oneof![Just(Goal::Land), Just(Goal::Stop), takeoff, position, velocity, release, task]
     }
 
     fn event() -> impl Strategy<Value = SkillEvent> {
@@ -190,7 +204,7 @@ pub(super) mod tests {
             Just(SkillPhase::Closing),
             prop::sample::select(outcomes.to_vec()).prop_map(SkillPhase::Ended),
         ];
-        let kind = prop::sample::select(vec![K::Land, K::Takeoff, K::Stop, K::Offboard, K::Release]);
+        let kind = prop::sample::select(vec![K::Land, K::Takeoff, K::Stop, K::Offboard, K::Release, K::Task]);
         let place = (prop::option::of(ned()), prop::option::of(velocity()), any::<u64>(), any::<u64>(), any::<bool>());
         (any::<u64>(), name(), kind, phase, name(), place).prop_map(
             |(skill_id, request_id, kind, phase, reason, (position, velocity, measured, landed, by_other))| {
@@ -213,7 +227,7 @@ pub(super) mod tests {
     proptest! {
         #[test]
         fn goals_and_events_survive_the_wire(goal in goal(), event in event()) {
-            prop_assert_eq!(Goal::try_from(v1::SkillGoal::from(goal)), Ok(goal));
+            prop_assert_eq!(Goal::try_from(v1::SkillGoal::from(goal.clone())), Ok(goal));
             prop_assert_eq!(SkillEvent::try_from(v1::SkillEvent::from(event.clone())), Ok(event));
         }
     }
@@ -222,7 +236,7 @@ pub(super) mod tests {
     fn a_goal_that_cannot_be_flown_is_refused() {
         #[track_caller]
         fn check(goal: Goal) {
-            assert!(Goal::try_from(v1::SkillGoal::from(goal)).is_err(), "{goal:?}");
+            assert!(Goal::try_from(v1::SkillGoal::from(goal.clone())).is_err(), "{goal:?}");
         }
         check(Goal::Takeoff { climb_m: f64::NAN });
         check(Goal::Takeoff { climb_m: -1.0 });

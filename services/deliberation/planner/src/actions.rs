@@ -1,6 +1,8 @@
 //! The actions of the vehicle as back-chaining sees them: each has a state that it reaches and a
 //! state that it starts from. A new action is a variant and the arms the compiler asks for.
 
+use std::sync::Arc;
+
 use domain::fmu::{FlightMode, Gripper};
 use domain::geometry::Ned;
 use domain::plan::{Condition, Parameters};
@@ -28,12 +30,14 @@ pub(crate) enum Action {
     Position,
     /// The load released where the vehicle hovers.
     Release,
+    /// A task done by a process of its own where the vehicle hovers.
+    Task,
 }
 
 impl Action {
     /// In the order that breaks ties between equal scores.
-    pub(crate) const ALL: [Action; 5] =
-        [Action::Land, Action::Takeoff, Action::Stop, Action::Position, Action::Release];
+    pub(crate) const ALL: [Action; 6] =
+        [Action::Land, Action::Takeoff, Action::Stop, Action::Position, Action::Release, Action::Task];
 
     pub(crate) fn of(goal: &Goal) -> Action {
         match goal {
@@ -42,6 +46,7 @@ impl Action {
             Goal::Stop => Action::Stop,
             Goal::Position { .. } | Goal::Velocity { .. } => Action::Position,
             Goal::Release { .. } => Action::Release,
+            Goal::Task(_) => Action::Task,
         }
     }
 
@@ -53,12 +58,14 @@ impl Action {
             Action::Stop => "stop",
             Action::Position => "position",
             Action::Release => "release",
+            Action::Task => "task",
         }
     }
 
     /// Whether it can end in `goal`, on the way from `start`.
     pub(crate) fn reaches(self, goal: &State, start: &State, rules: &Rules) -> bool {
-        let is_place_in_air = goal.flying && goal.mode.is_none() && goal.gripper.is_none();
+        let next_task = goal.done.last().filter(|_| start.done.len() < goal.done.len());
+        let is_place_in_air = goal.flying && goal.mode.is_none() && goal.gripper.is_none() && next_task.is_none();
         match self {
             Action::Land => !goal.flying,
             // Only where it is a climb worth the name: the ground may be higher than the goal.
@@ -67,9 +74,10 @@ impl Action {
                 is_place_in_air && rules.config.least_climb_m.get() <= climb_m
             }
             // All it changes is the mode.
-            Action::Stop => goal.mode == Some(FlightMode::Loiter) && goal.gripper.is_none(),
+            Action::Stop => goal.mode == Some(FlightMode::Loiter) && goal.gripper.is_none() && next_task.is_none(),
             Action::Position => is_place_in_air,
-            Action::Release => goal.flying && goal.gripper == Some(Gripper::Released),
+            Action::Release => goal.flying && goal.gripper == Some(Gripper::Released) && next_task.is_none(),
+            Action::Task => goal.flying && next_task.is_some_and(|it| rules.skills.misfit(it).is_none()),
         }
     }
 
@@ -90,6 +98,10 @@ impl Action {
             }
             // At rest there: a load that leaves a moving vehicle falls elsewhere.
             Action::Release => State { gripper: None, mode: Some(FlightMode::Loiter), ..goal.clone() },
+            Action::Task => {
+                let before = goal.done.split_last().map_or(Vec::new(), |(_, before)| before.to_vec());
+                State { done: before, mode: Some(FlightMode::Loiter), ..goal.clone() }
+            }
         }
     }
 
@@ -118,6 +130,13 @@ impl Action {
                 let goal = Goal::Release { over: goal.position };
                 (goal, when(in_air, None), when(in_air, Some(FlightMode::Loiter)))
             }
+            Action::Task => {
+                let task = goal.done.last().cloned().unwrap_or_default();
+                let skill = Some(task.skill.clone());
+                let condition = |mode| Condition { skill: skill.clone(), ..when(in_air, mode) };
+                let goal = Goal::Task(Arc::new(rules.skills.goal(&task, goal.position)));
+                (goal, condition(None), condition(Some(FlightMode::Loiter)))
+            }
         };
         Parameters { goal, precondition, invariant }
     }
@@ -134,7 +153,11 @@ fn ground_height_m(goal: &State, start: &State, rules: &Rules) -> f64 {
 
 /// How long an action takes besides its way, in seconds.
 pub(crate) fn time_s(goal: &Goal) -> f64 {
-    if goal.is_release() { RELEASE_S } else { 0.0 }
+    match goal {
+        Goal::Release { .. } => RELEASE_S,
+        Goal::Task(it) => it.estimate_s,
+        Goal::Land | Goal::Takeoff { .. } | Goal::Stop | Goal::Position { .. } | Goal::Velocity { .. } => 0.0,
+    }
 }
 
 /// The straight way that must be free for an action from `from` to `to`: of a release that of the load, which falls to the height

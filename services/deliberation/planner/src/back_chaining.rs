@@ -29,7 +29,8 @@ pub(crate) fn chain(start: &State, goal: &State, tolerance: Tolerance, rules: &R
     let mut links: Vec<Link> = Vec::new();
     let mut current_goal = goal.clone();
     while !start.matches(&current_goal, tolerance) {
-        if links.len() as u32 == rules.config.depth_limit.get() {
+        // A mission bounds its tasks itself.
+        if links.iter().filter(|it| it.action != Action::Task).count() as u32 == rules.config.depth_limit.get() {
             return Err(NoChain::TooDeep(rules.config.depth_limit.get()));
         }
         // Of equal scores the first is kept: the table's order breaks ties.

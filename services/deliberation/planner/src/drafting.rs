@@ -74,7 +74,9 @@ impl Draft<'_> {
         for link in links.iter().rev() {
             match link.action {
                 Action::Position => self.fly_waiting_before_each_border(link)?,
-                Action::Land | Action::Takeoff | Action::Stop | Action::Release => self.wait_and_fly(link)?,
+                Action::Land | Action::Takeoff | Action::Stop | Action::Release | Action::Task => {
+                    self.wait_and_fly(link)?
+                }
             }
         }
         Ok(())

@@ -49,6 +49,7 @@ impl Rules {
     /// From `from` through what `objective` leads through, each straight.
     pub(crate) fn visit(&self, from: &State, objective: &Objective) -> Hop {
         let ahead = objective.ahead();
+        let from = &objective.as_begun(from);
         let froms = std::iter::once(from).chain(ahead.iter().map(|it| &it.state));
         froms.zip(&ahead).fold(Hop::default(), |sum, (from, to)| {
             let hop = self.hop(from, &to.state);
@@ -67,6 +68,7 @@ impl Rules {
             Goal::Land => self.aircraft.energy.landing_wh(self.wind),
             Goal::Position { .. } if SAME_PLACE_M < from.distance_m(to) => self.aircraft.energy.stop_wh(self.wind),
             // What hovering for a release takes is in the time of the leg.
+            Goal::Task(it) => it.power_w * it.estimate_s / 3600.0,
             Goal::Stop | Goal::Position { .. } | Goal::Velocity { .. } | Goal::Release { .. } => 0.0,
         };
         self.aircraft.energy.leg_wh(Leg { from, to, time_s }, self.wind) + more_wh

@@ -159,6 +159,10 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
                     ..last.reaches.clone()
                 };
                 planner.pass_turns_of(&steps);
+                // A load that was released is not missed at the tasks that follow.
+                for release in steps.iter().filter(|it| it.releases() && it.id != last.id) {
+                    planner.flown(release, false, &state, now);
+                }
                 planner.flown(last, true, &state, now);
             }
             Answer::Hold { wait, reason, planned } => {

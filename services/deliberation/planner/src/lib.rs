@@ -6,7 +6,10 @@
 //!
 //! Messages become domain types here and in `wire` and `notes`; nothing below knows of them.
 
+use std::sync::Arc;
+
 use domain::aircraft::Aircraft;
+use domain::declared_skill::DeclaredSkills;
 use domain::geometry::Ned;
 use domain::mission::{Mission, MissionAreas};
 use domain::plan::{Answered, Basis, Course, FlownStep, PlanReply, PlanRequest};
@@ -80,6 +83,13 @@ impl Planner {
     pub fn new(config: &Config, aircraft: &Aircraft, pace: Pace) -> Planner {
         let (areas, plans) = (KnownAreas::default(), Answers::default());
         Planner { rules: Rules::new(config.clone(), *aircraft), pace, areas, plans }
+    }
+
+    /// The same with declared skills, which missions may use.
+    #[must_use]
+    pub fn with_skills(mut self, skills: DeclaredSkills) -> Planner {
+        self.rules.skills = Arc::new(skills);
+        self
     }
 
     /// What `request` comes to where nothing of `mission` has been attempted.

@@ -19,6 +19,7 @@ use domain::geodesy::Origin;
 use domain::known_ground::KnownGround;
 use domain::mission::{Mission, Progress};
 use domain::plan::{Denial, DenialKind, Failure, MissionStatus, Plan, Step, StepId};
+use domain::skill::Goal;
 use domain::state::{State, Tolerance};
 use domain::time::{Now, Pace, Time};
 
@@ -210,6 +211,7 @@ impl MissionPlanner {
             }
             let tolerance = self.tolerance();
             let Some(objective) = self.objectives.current() else { return Answer::Finished };
+            let state = objective.as_begun(&state);
             objective.pass_turns_at(&state, tolerance);
             if objective.is_reached_in(&state, tolerance) {
                 let wait = objective.stays_for(now.time);
@@ -302,14 +304,19 @@ impl MissionPlanner {
         self.note_granted(state);
         self.pass_turns_of([step]);
         self.stuck.flown(step);
+        match (&step.nominal.goal, self.objectives.current()) {
+            (Goal::Task(_), Some(objective)) => objective.status.tasks_done = step.reaches.done.len(),
+            (Goal::Release { .. }, Some(objective)) if state.gripper == Some(Gripper::Released) => {
+                objective.release_seen()
+            }
+            _ => {}
+        }
         if self.has_lost_load(step, state) || !is_end {
             return;
         }
         let tolerance = self.tolerance();
         let Some(objective) = self.objectives.current() else { return };
-        if step.releases() && state.gripper == Some(Gripper::Released) {
-            objective.release_seen();
-        }
+        let state = &objective.as_begun(state);
         let goal = objective.goal.clone();
         if objective.is_reached_in(state, tolerance) {
             if self.objectives.current().is_some_and(|it| it.stays_for(now.time).is_zero()) {

@@ -145,8 +145,19 @@ impl Objective {
     pub(crate) fn of(status: ObjectiveStatus) -> Objective {
         let mission::Objective { position, flying, terms, .. } = &status.objective;
         let asks_for_release = terms.drop && status.release != ReleaseProgress::Seen;
-        let goal = State { gripper: asks_for_release.then_some(Gripper::Released), ..State::new(*position, *flying) };
+        let gripper = asks_for_release.then_some(Gripper::Released);
+        let goal = State { gripper, done: terms.tasks.clone(), ..State::new(*position, *flying) };
         Objective { status, goal, dwells_since: None }
+    }
+
+    /// `state`, of a vehicle that has done those of its tasks that are done.
+    pub(crate) fn as_begun(&self, state: &State) -> State {
+        let tasks = &self.terms().tasks;
+        State { done: tasks[..self.status.tasks_done.min(tasks.len())].to_vec(), ..state.clone() }
+    }
+
+    pub(crate) fn has_done_its_tasks(&self) -> bool {
+        self.terms().tasks.len() <= self.status.tasks_done
     }
 
     /// What the mission asks for besides its state.
@@ -179,10 +190,12 @@ impl Objective {
         self.terms().dwell.saturating_sub(now - since)
     }
 
-    /// As a mission file has it, with only what is still to be done: a load that was released is not released again.
+    /// As a mission file has it, with only what is still to be done: a load that was released is not released again, and no task is
+    /// done twice.
     pub(crate) fn rest(&self) -> mission::Objective {
         let mut rest = self.status.objective.clone();
         rest.terms.drop &= self.status.release != ReleaseProgress::Seen;
+        rest.terms.tasks.drain(..self.status.tasks_done.min(rest.terms.tasks.len()));
         rest
     }
 }

@@ -1,6 +1,9 @@
 //! All that a plan goes by beside the mission and the state.
 
+use std::sync::Arc;
+
 use domain::aircraft::Aircraft;
+use domain::declared_skill::DeclaredSkills;
 use domain::energy::Wind;
 use domain::speeds::Speeds;
 use domain::state::Tolerance;
@@ -13,6 +16,8 @@ use crate::config::Config;
 pub(crate) struct Rules {
     pub(crate) config: Config,
     pub(crate) aircraft: Aircraft,
+    /// What tasks take.
+    pub(crate) skills: Arc<DeclaredSkills>,
     /// The wind that legs are timed in and energy is judged in.
     pub(crate) wind: Wind,
 }
@@ -20,7 +25,7 @@ pub(crate) struct Rules {
 impl Rules {
     /// In the usual wind.
     pub(crate) fn new(config: Config, aircraft: Aircraft) -> Rules {
-        Rules { config, aircraft, wind: aircraft.energy.usual_wind() }
+        Rules { config, aircraft, skills: Arc::default(), wind: aircraft.energy.usual_wind() }
     }
 
     /// The same in another wind.

@@ -4,6 +4,7 @@
 //! A failure that a permission explains does not count: the record of permissions ends those.
 
 use domain::plan::Step;
+use domain::skill::Goal;
 use domain::state::{State, Tolerance};
 
 use crate::actions::Action;
@@ -65,7 +66,7 @@ impl Stuck {
                 let is_enough = rules.config.landings_at_most.get() <= self.landings;
                 if is_enough { Verdict::GiveUpObjective(give_up(self.landings)) } else { Verdict::TryAgain }
             }
-            Action::Stop | Action::Position | Action::Release => {
+            Action::Stop | Action::Position | Action::Release | Action::Task => {
                 let before = self.last.take().filter(|last| {
                     last.action == name
                         && last.goal.matches(&step.reaches, tolerance)
@@ -74,7 +75,11 @@ impl Stuck {
                 let count = before.map_or(0, |last| last.count) + 1;
                 let (goal, vehicle) = (step.reaches.clone(), vehicle.clone());
                 self.last = Some(Failure { action: name.to_owned(), goal, vehicle, count });
-                let is_enough = rules.config.failures_at_most.get() <= count;
+                let most = match &step.nominal.goal {
+                    Goal::Task(it) => rules.skills.get(&it.task.skill).map_or(1, |it| it.tries),
+                    _ => rules.config.failures_at_most.get(),
+                };
+                let is_enough = most <= count;
                 if is_enough { Verdict::GiveUpObjective(give_up(count)) } else { Verdict::TryAgain }
             }
         }

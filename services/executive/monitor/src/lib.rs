@@ -28,6 +28,7 @@
 
 use domain::contingency::Contingencies;
 use domain::contingency::snapshot::{Fields, Snapshot};
+use domain::declared_skill::DeclaredSkills;
 use domain::time::{Now, Pace, Time};
 use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::{Message, Topic};
@@ -45,6 +46,7 @@ mod manager;
 mod recent;
 mod schedule;
 mod silence;
+mod skills;
 mod snapshot;
 mod sources;
 mod touchdown;
@@ -56,6 +58,7 @@ mod words;
 use config::Config;
 use flag::{Flag, Injection};
 use schedule::Schedule;
+use skills::Skills;
 use sources::{Sources, Unheard};
 
 /// The monitor of one vehicle.
@@ -98,6 +101,13 @@ impl Monitor {
             rises: 0,
             schedule: Schedule::every(pace.wall(config.introspection_rate_hz.period())),
         }
+    }
+
+    /// The same with declared skills: it tells who offers them, and whether their conditions hold.
+    #[must_use]
+    pub fn with_skills(mut self, skills: DeclaredSkills) -> Monitor {
+        self.sources.skills = Skills::new(skills);
+        self
     }
 
     fn take(&mut self, now: Time, message: Message) -> Result<(), InvalidMessage> {
@@ -156,6 +166,7 @@ impl Node for Monitor {
             Topic::PermissionLedger,
             Topic::McmStatus,
             Topic::Heartbeat,
+            Topic::TaskReport,
             Topic::FlagEvent,
         ]
     }
@@ -178,7 +189,8 @@ impl Node for Monitor {
         self.evaluate(now.time, Occasion::Clock);
         let (is_due, flags_changed) = (self.schedule.is_due(now.time), std::mem::take(&mut self.flags_changed));
         if is_due || flags_changed {
-            let introspection = wire::introspection(now.time, &self.sources, &self.flags, flags_changed);
+            let mut introspection = wire::introspection(now.time, &self.sources, &self.flags, flags_changed);
+            introspection.skills = self.sources.told_skills(&self.snapshot, now.time);
             effects.push(Effect::publish(introspection));
         }
     }

@@ -56,6 +56,7 @@ pub(crate) fn snapshot(sources: &Sources, now: Time) -> Snapshot {
             Field::CancelWait => snapshot.set(field, outlook.cancel_s),
             Field::OperatorWait => snapshot.set(field, outlook.operator_s),
             Field::PlanWait => snapshot.set(field, outlook.plan_s),
+            Field::SkillMissing => snapshot.set_truth(field, sources.missing_skill(now).map(|it| it.is_some())),
             Field::RecordFails => snapshot.set_truth(field, sources.record_fails()),
             Field::ClockStep => snapshot.set(field, Some(sources.clock_step_s(now))),
             Field::Armed => snapshot.set_truth(field, status.map(|it| it.armed)),

@@ -19,6 +19,7 @@ use domain::geometry::Ned;
 use domain::quantity::Positive;
 use domain::time::{Now, Pace, Time};
 use domain::traffic::Mover;
+use kittiwake_proto::v1;
 
 use crate::away::Away;
 use crate::clock::Clock;
@@ -27,6 +28,7 @@ use crate::gusts::Gusts;
 use crate::jumps::Jumps;
 use crate::manager::{HeardOutlook, Outlook};
 use crate::silence::{counted_s, reached_after};
+use crate::skills::Skills;
 use crate::touchdown::Touchdown;
 use crate::traffic::{Own, Traffic};
 
@@ -57,8 +59,11 @@ pub(crate) enum Sample {
     },
     /// The control tower has told its decisions.
     Ledger,
-    /// The mission manager has told what rules read, and what the monitor before this one has told.
-    Manager(Outlook, Before),
+    /// The mission manager has told what rules read, what the monitor before this one has told, and which declared skills the rest of the
+    /// mission uses.
+    Manager(Outlook, Before, Vec<String>),
+    /// The process of a declared skill has reported.
+    Task(v1::TaskReport),
     /// The loop of the planner turns.
     Planner,
     /// That of the skill manager does.
@@ -178,6 +183,7 @@ pub(crate) struct Sources {
     gusts: Gusts,
     jumps: Jumps,
     outlook: HeardOutlook,
+    pub(crate) skills: Skills,
     flight: FlightState,
     /// Since when it has flown, and for how long before that, as far as only the monitor before this one has seen it.
     flies_since: Option<Time>,
@@ -220,6 +226,7 @@ impl Sources {
             away: Away::default(),
             gusts: Gusts::new(pace),
             jumps: Jumps::new(pace),
+            skills: Skills::default(),
             outlook: HeardOutlook::default(),
             flight: FlightState::default(),
             flies_since: None,
@@ -288,7 +295,9 @@ impl Sources {
                 return;
             }
             Sample::Ledger => return self.control_tower = Some(now),
-            Sample::Manager(outlook, before) => {
+            Sample::Task(report) => return self.skills.hear(now, report),
+            Sample::Manager(outlook, before, needed) => {
+                self.skills.needs(now, needed);
                 self.outlook.hear(now, outlook);
                 return self.learn(now, before);
             }
@@ -460,6 +469,16 @@ impl Sources {
     pub(crate) fn flight_time(&self, now: Time) -> Option<Duration> {
         self.flying()
             .map(|_| self.flies_since.map_or(Duration::ZERO, |since| self.flown_before.saturating_add(now - since)))
+    }
+
+    /// Why the rest of the mission cannot use one of its skills, if so; `None` before that is known.
+    pub(crate) fn missing_skill(&self, now: Time) -> Option<Option<String>> {
+        self.skills.missing(now, self.pace)
+    }
+
+    /// Each declared skill as it is now, by what the rules read.
+    pub(crate) fn told_skills(&self, snapshot: &Snapshot, now: Time) -> Vec<v1::DeclaredSkill> {
+        self.skills.told(snapshot, now, self.pace)
     }
 
     /// What the mission manager has told recently.

@@ -134,7 +134,7 @@ impl Watch {
         }
         let (finding, was_up) = (self.when.finding(snapshot), self.state.is_up());
         let wish = self.wish(finding, snapshot, unheard);
-        let why = || words::for_raising(&self.when, finding, snapshot, sources);
+        let why = || words::for_raising(&self.when, finding, now, snapshot, sources);
         self.state = std::mem::replace(&mut self.state, State::Down).on(now, wish, self.times, why);
         self.is_decided |= self.state.is_up() || matches!(wish, Wish::Clear | Wish::Drop);
         self.state.is_up() != was_up

@@ -26,7 +26,10 @@ pub(crate) fn sample(message: Message) -> Result<Option<Sample>, InvalidMessage>
         Message::TransponderReport(it) => Sample::Traffic(it.try_into()?),
         Message::GroundContact(it) => ground_contact(it)?,
         Message::PermissionLedger(_) => Sample::Ledger,
-        Message::McmStatus(it) => Sample::Manager((&it).try_into()?, before(it.told.unwrap_or_default())?),
+        Message::McmStatus(it) => {
+            Sample::Manager((&it).try_into()?, before(it.told.unwrap_or_default())?, it.skills_needed)
+        }
+        Message::TaskReport(it) => Sample::Task(it),
         Message::Heartbeat(it) => return Ok(process(&it.service)),
         _ => return Ok(None),
     }))
@@ -70,6 +73,7 @@ pub(crate) fn introspection(now: Time, sources: &Sources, flags: &[Flag], flags_
         flags_changed,
         traffic: sources.near_traffic(now).into_iter().map(Into::into).collect(),
         occupied: sources.occupied(now).iter().map(Into::into).collect(),
+        skills: Vec::new(),
     }
 }
 

@@ -5,6 +5,7 @@ use domain::contingency::snapshot::{Field, Kind, Snapshot};
 use domain::contingency::source::DataSource;
 use domain::contingency::when::{Finding, When};
 use domain::measured::{Measured, Unit};
+use domain::time::Time;
 
 use crate::sources::{Sources, Update};
 
@@ -18,21 +19,27 @@ pub(crate) struct Evidence {
 }
 
 /// Why the expression raises its flag.
-pub(crate) fn for_raising(when: &When, finding: Finding, snapshot: &Snapshot, sources: &Sources) -> Evidence {
+pub(crate) fn for_raising(
+    when: &When,
+    finding: Finding,
+    now: Time,
+    snapshot: &Snapshot,
+    sources: &Sources,
+) -> Evidence {
     let (text, hold_s) = (when.raises.text(), when.hold.as_secs_f64());
     let lasting = if when.hold.is_zero() { String::new() } else { format!(" for {hold_s:.1} s") };
     let values = match finding {
         Finding::Unknown(Some(field)) => format!("{} is not known, which counts as raised", field.name()),
         Finding::Unknown(None) => "the rule has no result, which counts as raised".to_owned(),
         Finding::Raises | Finding::Between | Finding::Clears => {
-            when.fields().iter().map(|it| of_field(*it, snapshot, sources)).collect::<Vec<_>>().join(", ")
+            when.fields().iter().map(|it| of_field(*it, now, snapshot, sources)).collect::<Vec<_>>().join(", ")
         }
     };
     Evidence { reason: format!("{values}; the rule is `{text}`{lasting}"), measured: measured(&when.raises, snapshot) }
 }
 
 /// A field with its value: `battery.charge_percent 4.20 %`, or in words of its own.
-fn of_field(field: Field, snapshot: &Snapshot, sources: &Sources) -> String {
+fn of_field(field: Field, now: Time, snapshot: &Snapshot, sources: &Sources) -> String {
     let Some(value) = snapshot.get(field) else { return format!("{} not known", field.name()) };
     if let Some(source) = field.silence() {
         return of_silence(source, value, sources.last_update(source));
@@ -40,6 +47,9 @@ fn of_field(field: Field, snapshot: &Snapshot, sources: &Sources) -> String {
     if let (Field::TouchdownSpeed, Some(from_m)) = (field, sources.fell_from_m()) {
         // While it falls, its speed is not yet that of the touchdown.
         return format!("the motors were stopped at {from_m:.0} m: it fell");
+    }
+    if let (Field::SkillMissing, Some(why)) = (field, sources.missing_skill(now).flatten()) {
+        return why;
     }
     let Some((subject, state)) = report(field) else { return format!("{} {}", field.name(), field.in_words(value)) };
     let reported = if value > 0.5 { "is reported" } else { "is not reported" };

@@ -139,7 +139,7 @@ impl Executor {
             return Err(format!("busy with {} (skill {})", kind_name(running.kind()), running.id()));
         }
         let id = SkillId(self.ids.next(now));
-        let skill = skill_for(goal, &self.config, self.pace);
+        let skill = skill_for(goal, &request.id, &self.config, self.pace);
         let view = self.resource.view(now);
         let mut run = SkillRun::new(id, request.id.clone(), request.gave_up, skill, &view, now.time);
         if request.takes_control {

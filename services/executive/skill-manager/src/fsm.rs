@@ -18,28 +18,30 @@ impl fmt::Display for SkillId {
 }
 
 /// How a skill ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Ending {
     /// The kind of ending.
     pub(crate) outcome: SkillOutcome,
-    /// Why; empty for success.
+    /// Why; empty for success, but of a task.
     pub(crate) reason: String,
+    /// What the process of a task has found out.
+    pub(crate) results: Box<[(String, f64)]>,
 }
 
 impl Ending {
     /// Its postcondition was seen.
     pub(crate) fn success() -> Ending {
-        Ending { outcome: SkillOutcome::Succeeded, reason: String::new() }
+        Ending { outcome: SkillOutcome::Succeeded, reason: String::new(), results: Box::default() }
     }
 
     /// It ended in any other way.
     pub(crate) fn because(outcome: SkillOutcome, reason: impl Into<String>) -> Ending {
-        Ending { outcome, reason: reason.into() }
+        Ending { outcome, reason: reason.into(), results: Box::default() }
     }
 }
 
 /// Where a skill is in its life.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum SkillState {
     /// PR: it is to become the registered skill.
     ProcessRequest(Processing),
@@ -73,7 +75,7 @@ pub(crate) enum Processing {
 }
 
 /// Something that happens to a skill.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Event {
     /// Its first command is sent.
     Commanded,
@@ -114,7 +116,7 @@ pub(crate) enum Action {
 }
 
 /// An event that cannot happen in that state.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{event:?} cannot happen in {state:?}")]
 pub(crate) struct InvalidTransition {
     /// The state, which does not change.

@@ -21,6 +21,7 @@ mod catalog;
 mod commands;
 mod control;
 mod executor;
+mod farewell;
 mod fsm;
 mod history;
 mod idle;
@@ -102,7 +103,13 @@ impl Node for SkillManager {
     }
 
     fn subscriptions(&self) -> &'static [Topic] {
-        &[Topic::VehicleCommandAck, Topic::VehicleStatus, Topic::VehicleLocalPosition, Topic::VehicleLandDetected]
+        &[
+            Topic::VehicleCommandAck,
+            Topic::VehicleStatus,
+            Topic::VehicleLocalPosition,
+            Topic::VehicleLandDetected,
+            Topic::TaskReport,
+        ]
     }
 
     fn serves(&self) -> &'static [Service] {

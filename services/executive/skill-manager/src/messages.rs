@@ -1,6 +1,7 @@
 //! What comes in and what goes out, as checked types.
 
 use domain::fmu::{CommandAck, LandDetected, LocalPosition, Setpoint, Status, VehicleCommand};
+use domain::task::Task;
 use kittiwake_proto::v1::SkillKind;
 
 use crate::fsm::{SkillId, SkillState};
@@ -12,6 +13,8 @@ pub(crate) enum Input {
     Status(Status),
     Landed(LandDetected),
     Acknowledged(CommandAck),
+    /// The process of a declared skill says how it stands.
+    Task(TaskReport),
 }
 
 /// Something to be published.
@@ -25,6 +28,37 @@ pub(crate) enum Output {
     Report(SkillReport),
     /// How far a skill still has to go.
     Feedback(Feedback),
+    /// To the process of a declared skill.
+    Task(TaskOrder),
+}
+
+/// Begin a task, or end it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct TaskOrder {
+    pub(crate) request_id: String,
+    pub(crate) task: Task,
+    pub(crate) cancel: bool,
+}
+
+/// How a process that carries out a declared skill stands.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct TaskReport {
+    pub(crate) skill: String,
+    /// What it is about; empty while it is ready.
+    pub(crate) request_id: String,
+    pub(crate) state: TaskState,
+    /// Once it has ended.
+    pub(crate) outcome: String,
+    pub(crate) reason: String,
+    /// What it has found out.
+    pub(crate) results: Vec<(String, f64)>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum TaskState {
+    Ready,
+    Running,
+    Ended,
 }
 
 /// A skill at one moment.

@@ -10,9 +10,11 @@ use domain::fmu::{Command, CommandResult, Status};
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::v1::SkillOutcome;
 
+use crate::catalog::task::REPEAT;
 use crate::commands::{Acknowledgement, CommandLine, InFlight, Purpose};
 use crate::config::Config;
 use crate::control::Control;
+use crate::farewell::Farewell;
 use crate::fsm::{Action, Ending, Event, SkillId, SkillState};
 use crate::idle::{IdleCare, needs_loiter};
 use crate::messages::{Input, Output, SkillReport};
@@ -40,6 +42,9 @@ pub(crate) struct Resource {
     /// From an acknowledgement until the status must show the mode.
     mode_limit: Duration,
     feedback_period: Duration,
+    /// The task that was given up last, until its process has ended it.
+    farewell: Option<Farewell>,
+    task_repeat: Duration,
     /// What is to be published, in order.
     outbox: Vec<Output>,
 }
@@ -59,6 +64,8 @@ impl Resource {
             data_wait: at_wall_rate(pace, config.data_wait_s.seconds()),
             mode_limit: at_wall_rate(pace, config.mode_timeout_s.seconds()),
             feedback_period: pace.wall(config.feedback_rate_hz.period()),
+            farewell: None,
+            task_repeat: pace.wall(REPEAT),
             outbox: Vec::new(),
         }
     }
@@ -69,6 +76,12 @@ impl Resource {
             Input::Position(position) => self.vehicle.moved(position, now.time),
             Input::Status(status) => self.reported(&status, now),
             Input::Landed(landed) => self.vehicle.land_detected(landed, now.time),
+            Input::Task(report) => {
+                self.farewell.take_if(|it| it.is_ended_by(&report));
+                if let Some(run) = self.slots.registered_mut() {
+                    run.hear(&report, now.time);
+                }
+            }
             Input::Acknowledged(ack) => {
                 if let Some(command) = self.commands.acknowledged(ack.id) {
                     self.settled(command, &Acknowledgement::Answered(ack.result), now);
@@ -106,7 +119,8 @@ impl Resource {
         let is_free = !self.commands.is_busy();
         let waiting = self.slots.candidate().filter(|_| is_free).and_then(|it| it.wait_deadline(self.data_wait));
         let loiter = self.idle.loiter_due().filter(|_| is_free && self.slots.are_idle());
-        [progress, feedback, waiting, loiter, self.commands.deadline(), self.stream.deadline()]
+        let farewell = self.farewell.as_ref().and_then(Farewell::deadline);
+        [progress, feedback, waiting, loiter, farewell, self.commands.deadline(), self.stream.deadline()]
             .into_iter()
             .flatten()
             .min()
@@ -163,6 +177,10 @@ impl Resource {
         let ending = self.slots.registered_mut().and_then(|it| it.progress(&view, now.time));
         self.end_registered(ending, now);
         self.command_next(now);
+        let begins = self.slots.registered_mut().and_then(|it| it.take_order(now.time));
+        let ends = self.farewell.as_mut().and_then(|it| it.take_order(now.time));
+        self.farewell.take_if(|it| it.is_over(now.time));
+        self.outbox.extend(ends.into_iter().chain(begins).map(Output::Task));
     }
 
     fn reported(&mut self, status: &Status, now: Now) {
@@ -305,6 +323,14 @@ impl Resource {
             self.drive(candidate, Event::Overwritten { by }, now);
             return true;
         }
+        // What goes on in another process ends before the vehicle moves.
+        if let Some(task) = self.slots.take_registered_if(|it| it.order_to_end().is_some()) {
+            self.drive(task, Event::Overwritten { by: candidate.id() }, now);
+        }
+        if self.farewell.as_ref().is_some_and(|it| it.blocks(now.time)) {
+            self.slots.put(candidate);
+            return false;
+        }
         match candidate.start(&self.view(now), self.vehicle.reason(), now.time, self.data_wait) {
             Start::Wait => {
                 self.slots.put(candidate);
@@ -422,6 +448,9 @@ impl Resource {
 
     fn ended(&mut self, run: &SkillRun, outcome: SkillOutcome, now: Now) {
         self.pre_empted_takeoff |= outcome == SkillOutcome::Preempted && run.takes_off();
+        if let Some((order, takes)) = run.order_to_end() {
+            self.farewell = Some(Farewell::begin(order, takes, self.task_repeat, now.time));
+        }
         match run.aftermath(outcome) {
             Aftermath::Replaced => {}
             Aftermath::Released => self.release(),

@@ -9,7 +9,7 @@ use kittiwake_proto::v1::{SkillKind, SkillOutcome};
 use crate::catalog::{Ready, Skill};
 use crate::commands::Acknowledgement;
 use crate::fsm::{Action, Ending, Event, Processing, SkillId, SkillState};
-use crate::messages::{Feedback, SkillReport};
+use crate::messages::{Feedback, SkillReport, TaskOrder, TaskReport};
 use crate::mode_watch::{ModeWatch, left_to_autopilot};
 use crate::vehicle::{FlightStatus, View};
 
@@ -299,6 +299,21 @@ impl SkillRun {
         let motion = view.motion?;
         let (id, kind, distance_left_m) = (self.id, self.skill.kind(), self.skill.distance_left_m(&motion));
         Some(Feedback { id, kind, motion, distance_left_m })
+    }
+
+    /// What its own process is to be told now.
+    pub(crate) fn take_order(&mut self, now: Time) -> Option<TaskOrder> {
+        self.skill.take_order(now)
+    }
+
+    /// What ends it in its own process, if it goes on there, and how long that may take.
+    pub(crate) fn order_to_end(&self) -> Option<(TaskOrder, Duration)> {
+        self.skill.order_to_end()
+    }
+
+    /// A process has reported about a declared skill.
+    pub(crate) fn hear(&mut self, report: &TaskReport, now: Time) {
+        self.skill.hear(report, now);
     }
 
     /// It is to be cancelled as soon as no other command is in flight.

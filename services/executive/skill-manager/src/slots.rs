@@ -52,6 +52,11 @@ impl Slots {
         self.registered.take()
     }
 
+    /// The registered skill, if it is one of these.
+    pub(crate) fn take_registered_if(&mut self, is_one: fn(&SkillRun) -> bool) -> Option<SkillRun> {
+        self.registered.take_if(|it| is_one(it))
+    }
+
     pub(crate) fn take_candidate(&mut self) -> Option<SkillRun> {
         self.candidate.take()
     }

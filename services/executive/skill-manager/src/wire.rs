@@ -2,12 +2,13 @@
 
 use domain::fmu::Status;
 use domain::wire::InvalidMessage;
+use domain::wire::task::{values_from_wire, values_to_wire};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::{self, SkillOutcome};
 
 use crate::executor::{Answer, Request};
 use crate::fsm::{SkillId, SkillState};
-use crate::messages::{Feedback, Input, Output, SkillReport};
+use crate::messages::{Feedback, Input, Output, SkillReport, TaskOrder, TaskReport, TaskState};
 
 /// The input in a message; `None` where the message is of no interest.
 pub(crate) fn input(message: Message) -> Result<Option<Input>, InvalidMessage> {
@@ -16,6 +17,7 @@ pub(crate) fn input(message: Message) -> Result<Option<Input>, InvalidMessage> {
         Message::VehicleStatus(it) => Input::Status(Status::from(it)),
         Message::VehicleLandDetected(it) => Input::Landed(it.into()),
         Message::VehicleCommandAck(it) => Input::Acknowledged(it.try_into()?),
+        Message::TaskReport(it) => Input::Task(task_report(it)?),
         _ => return Ok(None),
     }))
 }
@@ -62,7 +64,31 @@ pub(crate) fn messages(output: Output) -> Vec<Message> {
         }
         Output::Report(report) => vec![skill_event(&report).into()],
         Output::Feedback(feedback) => vec![skill_feedback(feedback).into()],
+        Output::Task(order) => vec![task_order(order).into()],
     }
+}
+
+fn task_order(order: TaskOrder) -> v1::TaskOrder {
+    let TaskOrder { request_id, task, cancel } = order;
+    v1::TaskOrder { request_id, inputs: values_to_wire(&task.inputs), skill: task.skill, cancel }
+}
+
+/// Only as many results, and only as much of a reason, as people read.
+const MOST_RESULTS: usize = 20;
+const LONGEST_REASON: usize = 200;
+
+fn task_report(report: v1::TaskReport) -> Result<TaskReport, InvalidMessage> {
+    let state = match report.state() {
+        v1::TaskState::Unspecified => return Err(InvalidMessage::Missing("state")),
+        v1::TaskState::Ready => TaskState::Ready,
+        v1::TaskState::Running => TaskState::Running,
+        v1::TaskState::Ended => TaskState::Ended,
+    };
+    let shown = |it: String| it.chars().filter(|it| !it.is_control()).take(LONGEST_REASON).collect::<String>();
+    let v1::TaskReport { skill, request_id, outcome, reason, mut results, .. } = report;
+    results.truncate(MOST_RESULTS);
+    let results = values_from_wire(results)?.into_iter().map(|(name, value)| (shown(name), value)).collect();
+    Ok(TaskReport { skill, request_id, state, outcome: shown(outcome), reason: shown(reason), results })
 }
 
 /// The event of a skill that changed its state; its outcome with where and how the vehicle is.
@@ -80,6 +106,7 @@ pub(crate) fn skill_event(report: &SkillReport) -> v1::SkillEvent {
         SkillState::Ended(ending) => {
             event.outcome = ending.outcome as i32;
             event.reason = ending.reason.clone();
+            event.results = values_to_wire(&ending.results);
             event.position = report.motion.map(|it| it.position.into());
             event.velocity = report.motion.map(|it| it.velocity.into());
             event.position_timestamp_us = report.motion.map_or(0, |it| it.timestamp_us);

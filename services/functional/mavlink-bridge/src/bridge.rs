@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use domain::declared_skill::DeclaredSkills;
 use domain::fmu::{Command, CommandAck, CommandId, CommandResult, OffboardControl, Setpoint, VehicleCommand};
 use domain::time::{Now, Time};
 use kittiwake_proto::v1;
@@ -15,6 +16,7 @@ use crate::peers::{Peers, Whose};
 use crate::personality;
 use crate::said::{Said, Speaker};
 use crate::status::Surroundings;
+use crate::tasks::Tasks;
 
 /// The bridge.
 #[derive(Debug)]
@@ -30,6 +32,7 @@ pub(crate) struct Bridge {
     control: Option<(Time, OffboardControl)>,
     /// What was said last of why nothing is flown.
     said_problem: Option<String>,
+    tasks: Tasks,
 }
 
 /// Our own heartbeat, as MAVLink demands.
@@ -49,7 +52,20 @@ impl Bridge {
             setpoint: None,
             control: None,
             said_problem: None,
+            tasks: Tasks::default(),
         }
+    }
+
+    /// The autopilot carries out those of these skills that have a command.
+    pub(crate) fn carries_out(&mut self, skills: &DeclaredSkills) {
+        self.tasks = Tasks::of(skills);
+    }
+
+    /// A task is ordered.
+    pub(crate) fn task(&mut self, order: v1::TaskOrder, now: Now, effects: &mut Vec<Effect>) {
+        let said = self.tasks.order(order, now.time);
+        self.say_to_vehicle(said);
+        self.act(now, effects);
     }
 
     /// The frames to be sent.
@@ -78,6 +94,9 @@ impl Bridge {
             && (heard.is_event() || !flown.order.is_overtaken(frame.id(), frame.sequence(), now.time))
         {
             flown.take_in(&heard, now, effects);
+            if let Heard::Ack(ack) = heard {
+                self.tasks.acknowledged(ack, now.time);
+            }
         }
     }
 
@@ -150,6 +169,7 @@ impl Bridge {
         }
         says.extend(flown.stop_without_setpoints(has_setpoint, now.time).map(Said::Setpoint));
         says.extend(flown.groom(now.time));
+        self.tasks.act(problem.is_none(), now.time, &mut says, effects);
         effects.extend(flown.report(Surroundings { problem, has_setpoint }, &self.config, now.time));
         self.say_to_vehicle(says);
     }
@@ -157,7 +177,7 @@ impl Bridge {
     /// When something is due.
     pub(crate) fn deadline(&self) -> Option<Time> {
         let Some(flown) = &self.flown else { return Some(self.next_heartbeat) };
-        [Some(self.next_heartbeat), flown.deadline()].into_iter().flatten().min()
+        [Some(self.next_heartbeat), flown.deadline(), self.tasks.deadline()].into_iter().flatten().min()
     }
 
     fn answer(&mut self, id: CommandId, result: CommandResult, effects: &mut Vec<Effect>) {

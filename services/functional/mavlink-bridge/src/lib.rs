@@ -8,6 +8,7 @@
 //! It knows no skills, missions or permissions. It sends no parameter, no mission and no origin to the autopilot. What the autopilot
 //! does not say is not said here, and what is silent stays silent.
 
+use domain::declared_skill::DeclaredSkills;
 use domain::fmu::{CommandAck, CommandId, CommandResult, VehicleCommand};
 use domain::time::{Now, Time};
 use domain::wire::InvalidMessage;
@@ -40,6 +41,7 @@ pub mod signing;
 pub mod socket;
 mod status;
 mod streams;
+mod tasks;
 mod telemetry;
 mod vector;
 mod vehicle;
@@ -73,6 +75,13 @@ impl<L: Link> MavlinkBridge<L> {
     /// The same, with ground stations behind `link`: see [`ground`].
     pub fn seen_from_the_ground(mut self, link: impl Link + 'static) -> MavlinkBridge<L> {
         self.ground = Some(Ground::new(Box::new(link)));
+        self
+    }
+
+    /// The same, with declared skills: the autopilot carries out those that have a command.
+    #[must_use]
+    pub fn with_skills(mut self, skills: &DeclaredSkills) -> MavlinkBridge<L> {
+        self.bridge.carries_out(skills);
         self
     }
 
@@ -117,6 +126,7 @@ impl<L: Link> MavlinkBridge<L> {
             }
             Message::OffboardControlMode(it) => self.bridge.proof_of_life(it.try_into()?, now.time),
             Message::TrajectorySetpoint(it) => self.bridge.setpoint(it.try_into()?, now.time),
+            Message::TaskOrder(order) => self.bridge.task(order, now, effects),
             Message::DecisionRecord(it) => {
                 if let Some(ground) = &mut self.ground {
                     ground.tell(&it, self.bridge.system(), now.time);
@@ -152,7 +162,13 @@ impl<L: Link> Node for MavlinkBridge<L> {
     }
 
     fn subscriptions(&self) -> &'static [Topic] {
-        &[Topic::VehicleCommand, Topic::OffboardControlMode, Topic::TrajectorySetpoint, Topic::DecisionRecord]
+        &[
+            Topic::VehicleCommand,
+            Topic::OffboardControlMode,
+            Topic::TrajectorySetpoint,
+            Topic::DecisionRecord,
+            Topic::TaskOrder,
+        ]
     }
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {

@@ -183,6 +183,8 @@ pub const HAZARDS: &[Hazard] = &[
         &[(WAITING, TO_A_PLACE)], "ENG: longer than the battery lasts"),
     hazard("nobody-decides", Fields(&[(Field::OperatorWait, 3600.0)]), 5.0,
         &[(UNTIL_LANDING, TO_A_PLACE)], "ENG: longer than the battery lasts"),
+    hazard("skill-missing", Fields(&[(Field::SkillMissing, YES)]), 3.0,
+        &[(GROUND, STAYS_DOWN)], "ENG: a flight that cannot do its task is not begun"),
     hazard("clock-jumped", Fields(&[(Field::ClockStep, 60.0)]), 2.0,
         &[(UNTIL_LANDING, NO_NEW_AREA), (GROUND, STAYS_DOWN)], "ENG: windows of areas are minutes long"),
     hazard("transition-failed", Flag(TRANSITION_FAILED), 0.0,

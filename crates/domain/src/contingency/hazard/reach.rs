@@ -88,7 +88,8 @@ pub const fn reach(field: Field) -> Reach {
         Field::IntendedMode => number(0.0, OFFBOARD, 0.0, MODES.len() as f64 - 1.0, Circumstance),
         // The fastest descent, after a free fall from 30 m.
         Field::TouchdownSpeed => number(0.0, 0.0, 0.0, 25.0, Hazard),
-        Field::RecordFails
+        Field::SkillMissing
+        | Field::RecordFails
         | Field::Failsafe
         | Field::Preempts
         | Field::NotReady
@@ -133,6 +134,7 @@ pub const fn may_be_missing(field: Field) -> bool {
             | Field::PathDeviation
             | Field::Pace
             | Field::NotReady
+            | Field::SkillMissing
             | Field::RecordFails
             | Field::LinkSilence
             | Field::TowerSilence

@@ -139,9 +139,17 @@ impl Skills {
     }
 
     /// The skill that is flown, or about to be, for the status.
-    pub(crate) fn present(&self) -> Option<(Goal, u64)> {
+    pub(crate) fn present(&self) -> Option<(&Goal, u64)> {
         let entry = self.entries.iter().rev().find(|it| it.is_held() && !it.is_over())?;
-        Some((entry.goal, entry.skill_id))
+        Some((&entry.goal, entry.skill_id))
+    }
+
+    /// What the skill that has ended last said about it; empty for most that have succeeded.
+    pub(crate) fn last_words(&self) -> &str {
+        match self.entries.iter().rev().find(|it| it.is_held()).map(|it| &it.progress) {
+            Some(Progress::Ended(_, reason)) => reason,
+            _ => "",
+        }
     }
 
     /// A status sent at `at` shows that the vehicle flies in `mode`.
@@ -318,7 +326,7 @@ impl Skills {
 fn send(entry: &Entry, gave_up_skill_id: u64, sending: Sending, timeout: Duration, outbox: &mut Outbox) {
     let request = v1::SkillRequest {
         request_id: entry.request_id.clone(),
-        goal: Some(entry.goal.into()),
+        goal: Some(entry.goal.clone().into()),
         when_busy: v1::WhenBusy::Replace as i32,
         gave_up_skill_id,
         takes_control: sending.takes_control,

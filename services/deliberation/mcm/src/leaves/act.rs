@@ -47,7 +47,7 @@ impl Act {
 
 impl StepGoal {
     fn new(wanted: domain::skill::Goal, world: &mut World) -> StepGoal {
-        let flown = world.narrowed(wanted, None);
+        let flown = world.narrowed(wanted.clone(), None);
         if flown.barrier.is_some() {
             world.say_held(flown.barrier.as_ref());
         }
@@ -68,7 +68,7 @@ impl StepGoal {
 
     /// Looks again; returns whether something else is to be flown.
     fn has_changed(&mut self, world: &mut World) -> bool {
-        let narrowed = world.narrowed(self.wanted, self.flown.barrier.as_ref());
+        let narrowed = world.narrowed(self.wanted.clone(), self.flown.barrier.as_ref());
         (self.chosen_by, self.look_again) = (world.narrowing(), world.next_look());
         let is_same_hold = narrowed.barrier.is_some() && narrowed.barrier == self.flown.barrier;
         if is_same_hold || narrowed == self.flown {
@@ -89,13 +89,13 @@ impl Leaf<World> for Act {
         let goal = match &self.what {
             What::Port(port) => {
                 let step = StepGoal::new(ports.read(*port)?.0, world);
-                let run = SkillRun::start(world, step.flown.goal);
+                let run = SkillRun::start(world, step.flown.goal.clone());
                 self.flown = Some(Flown { run, step: Some(step) });
                 return Ok(Status::Running);
             }
             // What touches the ground is not stopped in the last hand's breadth.
             What::Fixed(domain::skill::Goal::Stop) if world.touches_in_landing() => domain::skill::Goal::Land,
-            What::Fixed(goal) => *goal,
+            What::Fixed(goal) => goal.clone(),
             What::HoldPosition => match world.vehicle() {
                 Some(vehicle) => domain::skill::Goal::fly_to(vehicle.position, world.flight_limits().speeds.cruise_m_s),
                 None => {
@@ -126,7 +126,7 @@ impl Leaf<World> for Act {
             && step.has_changed(world)
         {
             run.halt(world);
-            *run = SkillRun::start(world, step.flown.goal);
+            *run = SkillRun::start(world, step.flown.goal.clone());
             return Ok(Status::Running);
         }
         if let Some(step) = step {
@@ -142,7 +142,15 @@ impl Leaf<World> for Act {
         if run.did_not_come_down(world) {
             world.landing_failed_here();
         }
-        run.poll(world, ports)
+        let status = run.poll(world, ports)?;
+        let goal = step.as_ref().map(|it| &it.wanted).filter(|_| status == Status::Success);
+        match goal.and_then(|it| world.unmet_postcondition(it)) {
+            Some(unmet) => {
+                ports.explain(format!("postcondition not met: {unmet}"));
+                Ok(Status::Failure)
+            }
+            None => Ok(status),
+        }
     }
 
     fn halt(&mut self, world: &mut World, _: &mut Ports<'_>) {

@@ -29,7 +29,8 @@ pub(super) fn no_flag_answered(world: &World, ports: &mut Ports<'_>) -> Result<b
 pub(super) fn precondition(world: &World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     let condition = ports.get::<Condition>("condition")?;
     let breach = || world.breach_of_present_step().map(|it| it.to_string());
-    let unmet = world.unmet_precondition(&condition.0).or_else(breach).or_else(|| world.bad_height_of_present_step());
+    let (height, skill) = (|| world.bad_height_of_present_step(), || world.skill_missing_at_takeoff());
+    let unmet = world.unmet_precondition(&condition.0).or_else(breach).or_else(height).or_else(skill);
     unless(unmet.map(|it| format!("precondition not met: {it}")), ports)
 }
 

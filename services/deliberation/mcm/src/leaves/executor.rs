@@ -92,7 +92,7 @@ fn reason(subtree: &Tree<World>) -> String {
 fn build(step: &Step, world: &World, ports: &Ports<'_>) -> Result<Tree<World>, LeafError> {
     let set = &step.nominal;
     let mut parameters: Vec<(&str, Value)> = vec![
-        ("goal", Goal(set.goal).into_value()),
+        ("goal", Goal(set.goal.clone()).into_value()),
         ("precondition", Condition(set.precondition.clone()).into_value()),
         ("invariant", Condition(set.invariant.clone()).into_value()),
     ];

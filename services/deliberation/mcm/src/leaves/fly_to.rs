@@ -317,10 +317,10 @@ impl FlyTo {
         let target = out.map(|(target, _)| target).or_else(|| world.place_out_of_traffic(before));
         let goal = target.map_or(Goal::Stop, |it| Goal::fly_to(it, speed_limit_m_s));
         let run = match &self.leg {
-            Some(leg) if leg.waits == Some(goal) => leg.run,
+            Some(leg) if leg.waits.as_ref() == Some(&goal) => leg.run,
             _ => {
                 self.halt(world, ports);
-                SkillRun::start(world, goal)
+                SkillRun::start(world, goal.clone())
             }
         };
         let (chosen_by, look_again) = (world.what_may_be_entered(), world.now() + LOOK_AGAIN);

@@ -9,12 +9,13 @@ use crate::world::World;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SkillRun {
     handle: Handle,
-    goal: Goal,
+    lands: bool,
 }
 
 impl SkillRun {
     pub(super) fn start(world: &mut World, goal: Goal) -> SkillRun {
-        SkillRun { handle: world.start_skill(goal), goal }
+        let lands = goal == Goal::Land;
+        SkillRun { handle: world.start_skill(goal), lands }
     }
 
     /// Its progress: success with its outcome, failure with the reason for any other outcome.
@@ -39,7 +40,7 @@ impl SkillRun {
     pub(super) fn did_not_come_down(self, world: &World) -> bool {
         let has_timed_out =
             matches!(world.skill_progress(self.handle), Some(Progress::Ended(SkillOutcome::TimedOut, _)));
-        self.goal == Goal::Land && has_timed_out
+        self.lands && has_timed_out
     }
 
     pub(super) fn halt(self, world: &mut World) {

@@ -109,18 +109,18 @@ impl World {
         let vehicle = self.seen.vehicle?;
         let here = vehicle.position;
         let speeds = self.flight_limits().speeds;
-        let (to, speeds) = match step.nominal.goal {
+        let (to, speeds) = match &step.nominal.goal {
             // The height of the plan is where the climb ends, also of one that has begun.
-            Goal::Takeoff { climb_m } if !vehicle.flying => (here.at_height(here.height_m() + climb_m), speeds),
+            Goal::Takeoff { climb_m } if !vehicle.flying => (here.at_height(here.height_m() + *climb_m), speeds),
             Goal::Takeoff { .. } | Goal::Land => (here.at_height(step.reaches.position.height_m()), speeds),
             Goal::Position { target, speed_limit_m_s, .. } => {
-                (target, Speeds { cruise_m_s: self.slowed(speed_limit_m_s), ..speeds })
+                (*target, Speeds { cruise_m_s: self.slowed(*speed_limit_m_s), ..speeds })
             }
             // Not the vehicle but the load comes down from here.
             Goal::Release { .. } => {
                 (here.at_height(here.height_m().min(self.planner.mission.ground.height_m(here))), Speeds::OF_A_LOAD)
             }
-            Goal::Stop | Goal::Velocity { .. } => return None,
+            Goal::Stop | Goal::Velocity { .. } | Goal::Task(_) => return None,
         };
         let motion = Motion { begins: Duration::ZERO, speeds, airborne: vehicle.flying, is_load: step.releases() };
         let permits = self.permits();
@@ -143,7 +143,7 @@ impl World {
         let height_m = match step.nominal.goal {
             Goal::Position { target, .. } => target.height_m(),
             Goal::Takeoff { climb_m } => here.height_m() + climb_m,
-            Goal::Land | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } => return None,
+            Goal::Land | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } | Goal::Task(_) => return None,
         };
         // It took off at 0, and one that is higher or lower already may go on at its height.
         let (mut least_m, mut most_m) =

@@ -44,6 +44,7 @@ impl World {
                 let judge = (&mut self.seen.flight, self.setup.limits.pace);
                 let vehicle = Vehicle::from_wire(now, &introspection, judge);
                 let traffic = self.seen.traffic.hear(&mut introspection);
+                self.seen.skills = std::mem::take(&mut introspection.skills);
                 self.monitor.told.hear(&introspection, now);
                 let flags = std::mem::take(&mut introspection.flags).into_iter();
                 let undecided = std::mem::take(&mut introspection.undecided_flags).into_iter().collect();

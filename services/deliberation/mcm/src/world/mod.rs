@@ -143,6 +143,8 @@ struct Seen {
     consumption: Consumption,
     /// Other traffic, as the monitor has told last.
     traffic: SeenTraffic,
+    /// Each declared skill, as the monitor has told last.
+    skills: Vec<v1::DeclaredSkill>,
     /// Whether it flies; `None` before it is seen, if nothing was restored.
     flies: Option<Known<bool>>,
     /// Since when it is on the ground, with its motors on and with its motors off.

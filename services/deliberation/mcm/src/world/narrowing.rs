@@ -45,7 +45,7 @@ impl World {
         let Some(here) = self.seen.vehicle.filter(|it| it.flying).map(|it| it.position) else {
             return NarrowedGoal { goal, barrier: None };
         };
-        match self.barrier(here, goal, present) {
+        match self.barrier(here, &goal, present) {
             None => NarrowedGoal { goal, barrier: None },
             Some((barrier, at)) => {
                 NarrowedGoal { goal: Goal::hold_at(at, self.flight_limits().speeds.cruise_m_s), barrier: Some(barrier) }
@@ -54,8 +54,8 @@ impl World {
     }
 
     /// What forbids the rest of the way to `goal`, and where to hold before it.
-    fn barrier(&self, here: Ned, goal: Goal, present: Option<&Barrier>) -> Option<(Barrier, Ned)> {
-        if goal == Goal::Land && self.landing_forbidden_by(here).is_some() {
+    fn barrier(&self, here: Ned, goal: &Goal, present: Option<&Barrier>) -> Option<(Barrier, Ned)> {
+        if *goal == Goal::Land && self.landing_forbidden_by(here).is_some() {
             return Some((Barrier::Landing, here));
         }
         self.narrowing().no_new_area?;
@@ -65,7 +65,7 @@ impl World {
         {
             return Some((Barrier::Area(name.clone()), here));
         }
-        let (to, speeds) = match goal {
+        let (to, speeds) = match *goal {
             Goal::Position { target, speed_limit_m_s, .. } => {
                 (target, Speeds { cruise_m_s: speed_limit_m_s, ..self.setup.limits.flight.speeds })
             }
@@ -73,7 +73,9 @@ impl World {
                 let (step, ..) = self.planner.flight.step()?;
                 (here.at_height(step.reaches.position.height_m()), self.setup.limits.flight.speeds)
             }
-            Goal::Takeoff { .. } | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } => return None,
+            Goal::Takeoff { .. } | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } | Goal::Task(_) => {
+                return None;
+            }
         };
         let motion = Motion::in_air(speeds);
         let grants = self.permits().to_enter();

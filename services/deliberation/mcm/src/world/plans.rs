@@ -109,6 +109,8 @@ impl World {
             permissions: self.enterable().into_iter().collect(),
             charge: vehicle.charge,
             gripper: vehicle.gripper,
+            // The planner knows them.
+            done: Vec::new(),
         })
     }
 

@@ -88,7 +88,8 @@ impl World {
             Activity::Respond(row) => holds(row),
             _ => waits_for_operator || has_no_plan,
         };
-        let is_asked_for = wait.is_some_and(|it| matches!(it.what, Awaited::Stay | Awaited::Approval));
+        let does_a_task = matches!(self.skills.present(), Some((Goal::Task(_), _)));
+        let is_asked_for = does_a_task || wait.is_some_and(|it| matches!(it.what, Awaited::Stay | Awaited::Approval));
         let is_lost = self.position_is_missing().is_some();
         let paused = self.is_paused();
         let is_resumed = std::mem::replace(&mut self.watch.progress.was_paused, paused) && !paused;
@@ -118,7 +119,7 @@ impl World {
     fn present_leg(&self) -> Option<WatchedLeg> {
         let vehicle = self.seen.vehicle.filter(|it| it.flying)?;
         let (goal, skill_id) = self.skills.present().filter(|_| self.skills.has_shown_its_mode())?;
-        let Goal::Position { target, speed_limit_m_s, hold_at_target, .. } = goal else { return None };
+        let &Goal::Position { target, speed_limit_m_s, hold_at_target, .. } = goal else { return None };
         let Speeds { climb_m_s, descent_m_s, .. } = self.setup.limits.flight.speeds;
         let intended = Speeds::calm(speed_limit_m_s, climb_m_s, descent_m_s);
         let (from, velocity) = (vehicle.position, vehicle.velocity);
@@ -138,7 +139,7 @@ impl World {
             .planner
             .flight
             .step()
-            .map(|(step, ..)| step.nominal.goal)
+            .map(|(step, ..)| step.nominal.goal.clone())
             .or_else(|| self.planner.flight.interrupted_goal());
         let Some(Goal::Position { target, speed_limit_m_s, .. }) = goal else { return None };
         Some((target, speed_limit_m_s))

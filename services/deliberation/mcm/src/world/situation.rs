@@ -70,7 +70,7 @@ impl World {
     }
 
     pub(crate) fn situation(&self) -> Situation {
-        let skill_lands = || self.skills.present().is_some_and(|(goal, _)| goal == Goal::Land);
+        let skill_lands = || self.skills.present().is_some_and(|(goal, _)| *goal == Goal::Land);
         let step_lands = || self.planner.flight.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
         let (seen, near_ground, lands) = match self.seen.vehicle {
             None if self.looks_first_until().is_some() => (Seen::NotYet, false, false),

@@ -1,7 +1,9 @@
 //! What the manager publishes about itself: on every change, and twice a second.
 
+use std::collections::BTreeSet;
+
 use behavior_tree::Tree;
-use domain::mission::{MissionReport, ObjectiveReport, ObjectiveStatus};
+use domain::mission::{MissionReport, ObjectiveReport, ObjectiveStatus, Progress};
 use domain::time::Time;
 use kittiwake_proto::v1;
 
@@ -153,8 +155,17 @@ impl World {
             told: Some(self.monitor.told.to_wire(self.now.time)),
             uninspected_crash: headline.uninspected_crash.clone(),
             entered_without_permission: headline.entered.clone(),
+            skills_needed: self.skills_needed(),
             ..v1::McmStatus::default()
         }
+    }
+
+    /// The declared skills that the rest of the mission uses.
+    pub(super) fn skills_needed(&self) -> Vec<String> {
+        let waiting = self.planner.mission.status.objectives.iter().filter(|it| it.progress == Progress::Waiting);
+        let tasks = waiting.flat_map(|it| it.objective.terms.tasks.iter().skip(it.tasks_done));
+        let names: BTreeSet<&String> = tasks.map(|it| &it.skill).collect();
+        names.into_iter().cloned().collect()
     }
 
     /// The flag that is responded to.

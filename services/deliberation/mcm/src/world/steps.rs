@@ -49,7 +49,11 @@ impl World {
                 self.planner.withdraw("the load is gone that was to be released");
             }
         }
-        let text = format!("step {} succeeded", self.step_number());
+        let found = match step.nominal.goal {
+            Goal::Task(_) => format!(": {}", self.skills.last_words()),
+            _ => String::new(),
+        };
+        let text = format!("step {} succeeded{found}", self.step_number());
         self.record(Said::new("step", DecisionKind::StepSucceeded, text));
     }
 

@@ -31,9 +31,9 @@ fn slows() -> String {
 /// In the air, 50 m to the east, in a step that flies `goal`.
 fn flying(rows: &str, goal: Goal) -> Rig {
     let mut rig = Rig::with_rows(rows);
+    let mode = if goal == Goal::Land { Land } else { Offboard };
     rig.plan(plan(&[step(1, goal, &[])]));
     rig.execute();
-    let mode = if goal == Goal::Land { Land } else { Offboard };
     rig.vehicle(true, mode, (0.0, 50.0, 10.0));
     rig.story();
     rig

@@ -602,7 +602,7 @@ fn far_away(name: &str) -> Area {
 
 fn skill(it: &v1::SkillRequest) -> String {
     use v1::skill_goal::Goal as G;
-    let what = match it.goal.as_ref().and_then(|it| it.goal) {
+    let what = match it.goal.as_ref().and_then(|it| it.goal.as_ref()) {
         Some(G::Land(_)) => "land".to_owned(),
         Some(G::Takeoff(it)) => format!("takeoff {}", it.climb_m),
         Some(G::Stop(_)) => "stop".to_owned(),

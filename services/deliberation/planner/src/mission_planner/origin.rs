@@ -63,7 +63,8 @@ impl MissionPlanner {
         misfit(mission, self.vehicle_origin, self.rules.config.origin_tolerance_m.get())
     }
 
-    /// What a request for a plan is answered with because of the origin; `None` if there is no obstacle.
+    /// What a request for a plan is answered with because of the origin, or of a task that no declared skill does; `None` if there is no
+    /// obstacle.
     pub(super) fn answer_to_misfit(&mut self) -> Option<Answer> {
         if let Some(reason) = self.waits_for_origin() {
             return Some(Answer::Hold { wait: UNKNOWN_PAUSE, reason, planned: false });
@@ -71,8 +72,11 @@ impl MissionPlanner {
         if self.forecast.is_some() {
             return None;
         }
-        let elsewhere = self.misfit(self.mission.origin)?;
-        self.objectives.give_up_rest(&elsewhere.to_string());
+        let elsewhere = self.misfit(self.mission.origin).map(|it| it.to_string());
+        // In flight the others are flown.
+        let undone = || self.rules.skills.misfit_in(&self.mission.objectives).filter(|_| self.begun.is_none());
+        let why = elsewhere.or_else(undone)?;
+        self.objectives.give_up_rest(&why);
         Some(Answer::Finished)
     }
 

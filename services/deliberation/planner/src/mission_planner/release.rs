@@ -30,8 +30,8 @@ impl MissionPlanner {
             ReleaseProgress::Planned if !is_there => LOST,
             ReleaseProgress::Planned | ReleaseProgress::Seen => {
                 objective.release_seen();
-                // Only a stay leads back there.
-                let is_settled = objective.terms().dwell.is_zero();
+                // Only a stay or a task leads back there.
+                let is_settled = objective.terms().dwell.is_zero() && objective.has_done_its_tasks();
                 if is_settled {
                     self.arrived(now);
                 }

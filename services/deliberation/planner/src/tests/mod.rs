@@ -31,6 +31,7 @@ mod properties;
 mod protocol;
 mod reference_mission;
 mod survey;
+mod tasks;
 mod terms;
 mod waiting;
 
@@ -300,6 +301,11 @@ fn render_step(step: &v1::PlanStep) -> String {
         Goal::Release(it) => {
             let at = it.over.unwrap();
             (format!("release over {} {}", at.north_m.round() + 0.0, at.east_m.round() + 0.0), false)
+        }
+        Goal::Task(it) => {
+            let inputs = &it.task.as_ref().unwrap().inputs;
+            let inputs: Vec<_> = inputs.iter().map(|it| format!(" {}", it.value)).collect();
+            (format!("{}{}", it.task.as_ref().unwrap().skill, inputs.concat()), false)
         }
         Goal::Velocity(_) => panic!("no action flies at a velocity"),
     };

@@ -67,13 +67,13 @@ fn a_mission_manager_of_another_version_is_refused_by_its_version() {
     };
     let expected = |found| {
         format!(
-            "refused: the mission manager speaks version {found} of the questions about plans, expected 2: start both from one \
+            "refused: the mission manager speaks version {found} of the questions about plans, expected 3: start both from one \
              version of the program\n"
         )
     };
     // The first version had no such field.
     assert_eq!(refused(None), expected(1));
-    assert_eq!(refused(Some(v1::PlanningBasis { protocol: 3, ..Default::default() })), expected(3));
+    assert_eq!(refused(Some(v1::PlanningBasis { protocol: 4, ..Default::default() })), expected(4));
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The skills. A new one is a file here, a variant of the goal, and an arm of [`skill_for`].
 
+use std::time::Duration;
+
 use domain::fmu::{Command, FlightMode, LocalPosition, Setpoint};
 use domain::skill::Goal;
 use domain::time::{Pace, Time};
@@ -7,16 +9,19 @@ use kittiwake_proto::v1::SkillKind;
 
 use crate::config::Config;
 use crate::fsm::Ending;
+use crate::messages::{TaskOrder, TaskReport};
 use crate::vehicle::View;
 
 mod deadline;
 mod descent;
 mod forward;
+mod hover;
 mod land;
 mod offboard;
 mod release;
 mod stop;
 mod takeoff;
+pub(crate) mod task;
 
 use forward::Forward;
 
@@ -65,6 +70,22 @@ pub(crate) trait Skill: std::fmt::Debug + Send {
         None
     }
 
+    /// What its own process is to be told now.
+    fn take_order(&mut self, now: Time) -> Option<TaskOrder> {
+        let _ = now;
+        None
+    }
+
+    /// What ends it in its own process, if it goes on there, and how long that may take.
+    fn order_to_end(&self) -> Option<(TaskOrder, Duration)> {
+        None
+    }
+
+    /// A process has reported about a declared skill.
+    fn hear(&mut self, report: &TaskReport, now: Time) {
+        let _ = (report, now);
+    }
+
     /// It executes from now on: its commands were accepted.
     fn execute(&mut self, now: Time) {
         let _ = now;
@@ -103,8 +124,8 @@ pub(crate) enum Ready {
     NotBefore(Time),
 }
 
-/// The skill that flies `goal`.
-pub(crate) fn skill_for(goal: Goal, config: &Config, pace: Pace) -> Box<dyn Skill> {
+/// The skill that flies `goal`, which was requested by this name.
+pub(crate) fn skill_for(goal: Goal, request_id: &str, config: &Config, pace: Pace) -> Box<dyn Skill> {
     match goal {
         Goal::Land => Box::new(land::Land::new(config, pace)),
         Goal::Takeoff { climb_m } => Box::new(takeoff::Takeoff::new(climb_m, config, pace)),
@@ -118,5 +139,6 @@ pub(crate) fn skill_for(goal: Goal, config: &Config, pace: Pace) -> Box<dyn Skil
             Box::new(offboard::Velocity::new(Setpoint::Velocity { velocity, yaw_rate_rad_s }, timeout_s))
         }
         Goal::Release { over } => Box::new(release::Release::new(over, config, pace)),
+        Goal::Task(goal) => Box::new(task::Task::new(goal, request_id, config, pace)),
     }
 }

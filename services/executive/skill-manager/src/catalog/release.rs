@@ -11,17 +11,16 @@ use domain::time::{Pace, Time};
 use kittiwake_proto::v1::{SkillKind, SkillOutcome};
 
 use super::deadline::Deadline;
+use super::hover::Hover;
 use super::{Ready, Skill};
 use crate::config::Config;
 use crate::fsm::Ending;
 use crate::vehicle::{View, at_wall_rate};
 
-/// A release: the place, how near to it and how slow the vehicle must be, and the time until the load must be gone.
+/// A release: the place, and the time until the load must be gone.
 #[derive(Debug)]
 pub(crate) struct Release {
-    over: Ned,
-    distance_m: f64,
-    speed_tolerance_m_s: f64,
+    hover: Hover,
     limit: Duration,
     deadline: Deadline,
 }
@@ -30,9 +29,7 @@ impl Release {
     /// A release over `over`.
     pub(crate) fn new(over: Ned, config: &Config, pace: Pace) -> Release {
         Release {
-            over,
-            distance_m: config.release_distance_m.get(),
-            speed_tolerance_m_s: config.speed_tolerance_m_s.get(),
+            hover: Hover::new(over, config),
             limit: pace.limit(config.release_limit_s.seconds()),
             deadline: Deadline::new(at_wall_rate(pace, config.data_wait_s.seconds())),
         }
@@ -49,11 +46,10 @@ impl Skill for Release {
     }
 
     fn ready(&mut self, view: &View) -> Ready {
-        let Some(status) = view.status else { return Ready::Require("status") };
-        if view.flying != Some(true) || !status.is_in(FlightMode::Loiter) {
-            let mode = status.actual.map_or_else(|| "one without a name here".to_owned(), |it| it.to_string());
-            return Ready::Refuse(format!("the vehicle does not hover: its mode is {mode}"));
-        }
+        let status = match Hover::status(view) {
+            Ok(status) => status,
+            Err(not_yet) => return not_yet,
+        };
         match status.gripper {
             Some(Gripper::Released) => return Ready::AlreadyTrue,
             Some(Gripper::Holding) => {
@@ -65,16 +61,7 @@ impl Skill for Release {
             }
             None => return Ready::Refuse("the autopilot reports no gripper".into()),
         }
-        let Some(motion) = view.motion else { return Ready::Require("position") };
-        let apart_m = motion.position.horizontal_distance_m(self.over);
-        let speed_m_s = motion.velocity.speed_m_s();
-        if self.distance_m < apart_m {
-            Ready::Refuse(format!("the vehicle is {apart_m:.1} m from the place"))
-        } else if self.speed_tolerance_m_s < speed_m_s {
-            Ready::Refuse(format!("the vehicle still moves at {speed_m_s:.1} m/s"))
-        } else {
-            Ready::Command
-        }
+        self.hover.ready(view)
     }
 
     fn command(&self, accepted: usize) -> Option<Command> {

@@ -9,11 +9,7 @@ use kittiwake_proto::v1::{
 
 use crate::stories::support::autopilot::Reaction::*;
 use crate::stories::support::autopilot::{Autopilot, Source};
-use crate::stories::support::rig::Rig;
-
-fn fly_to(north_m: f64) -> Goal {
-    Goal::Position { target: Ned::new(north_m, 0.0, -10.0), speed_limit_m_s: 5.0, yaw_rad: None, hold_at_target: false }
-}
+use crate::stories::support::rig::{Rig, fly_to};
 
 #[test]
 fn a_pre_empted_skill_ends_and_so_does_its_stream() {

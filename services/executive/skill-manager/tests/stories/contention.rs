@@ -1,16 +1,11 @@
 //! Several skills and one vehicle: overwriting, refusing, giving up, waiting, cancelling.
 
-use domain::geometry::Ned;
 use domain::skill::Goal;
 use kittiwake_proto::v1::{self, FlightMode, SkillOutcome::*, SkillState, WhenBusy::Refuse, WhenBusy::Replace};
 
 use crate::stories::support::autopilot::Autopilot;
 use crate::stories::support::autopilot::Reaction::{self, *};
-use crate::stories::support::rig::Rig;
-
-fn fly_to(north_m: f64) -> Goal {
-    Goal::Position { target: Ned::new(north_m, 0.0, -10.0), speed_limit_m_s: 5.0, yaw_rad: None, hold_at_target: false }
-}
+use crate::stories::support::rig::{Rig, fly_to};
 
 /// Skill 1 flies to a distant position.
 fn under_way() -> Rig {
@@ -120,7 +115,7 @@ fn an_invalid_request_is_refused_with_the_reason() {
     check(|it| it.request_id.clear(), "`request_id` is missing");
     check(|it| it.when_busy = 0, "`when_busy` is missing");
     let nan = Goal::Takeoff { climb_m: f64::NAN };
-    check(move |it| it.goal = Some(nan.into()), "`climb_m` is NaN, expected more than zero");
+    check(move |it| it.goal = Some(nan.clone().into()), "`climb_m` is NaN, expected more than zero");
 }
 
 #[test]

@@ -8,3 +8,4 @@ mod others;
 mod release;
 mod skills;
 mod support;
+mod task;

@@ -6,11 +6,7 @@ use kittiwake_proto::v1::{self, FlightMode, SkillOutcome::*, WhenBusy};
 
 use crate::stories::support::autopilot::Autopilot;
 use crate::stories::support::autopilot::Reaction::*;
-use crate::stories::support::rig::Rig;
-
-fn fly_to(north_m: f64) -> Goal {
-    Goal::Position { target: Ned::new(north_m, 0.0, -10.0), speed_limit_m_s: 5.0, yaw_rad: None, hold_at_target: false }
-}
+use crate::stories::support::rig::{Rig, fly_to};
 
 /// Somebody else sets a mode, as the backend notices.
 fn take_over(rig: &mut Rig, mode: FlightMode) {
@@ -29,7 +25,7 @@ fn whatever_is_flown_ends_at_once_when_somebody_else_flies_and_nothing_follows()
     #[track_caller]
     fn check(goal: Goal, autopilot: Autopilot, after_s: f64, mode: FlightMode) {
         let mut rig = Rig::new(autopilot);
-        let skill = rig.start(goal);
+        let skill = rig.start(goal.clone());
         rig.run(after_s);
         take_over(&mut rig, mode);
         assert_eq!(rig.outcome(skill), Preempted, "{goal:?}");
@@ -41,7 +37,7 @@ fn whatever_is_flown_ends_at_once_when_somebody_else_flies_and_nothing_follows()
     // Also in a mode that is the skill's own, by somebody else's command.
     for mode in [FlightMode::Unspecified, FlightMode::Return, FlightMode::Loiter, FlightMode::Offboard] {
         check(fly_to(500.0), Autopilot::flying(), 3.0, mode);
-        check(far, Autopilot::flying(), 3.0, mode);
+        check(far.clone(), Autopilot::flying(), 3.0, mode);
         check(Goal::Takeoff { climb_m: 30.0 }, Autopilot::default(), 4.0, mode);
         check(Goal::Land, Autopilot::flying(), 2.0, mode);
     }
@@ -177,13 +173,13 @@ fn a_failsafe_of_the_autopilots_own_is_ended_by_a_landing_and_by_an_operators_or
     let velocity = NedVelocity::new(1.0, 0.0, 0.0);
     for goal in [fly_to(50.0), Goal::Stop, Goal::Velocity { velocity, yaw_rate_rad_s: None, timeout_s: Some(1.0) }] {
         let mut rig = in_failsafe();
-        let skill = rig.start(goal);
+        let skill = rig.start(goal.clone());
         assert_eq!(rig.outcome(skill), Preempted, "{goal:?}");
         assert!(rig.ending(skill).is_some_and(|it| !it.flown_by_other));
         let reason = "the autopilot flies return by a failsafe of its own: geofence breached";
         assert_eq!(rig.reason(skill), reason);
         is_quiet(&mut rig);
-        let ordered = rig.take_back(goal);
+        let ordered = rig.take_back(goal.clone());
         rig.run(3.0);
         assert_eq!(rig.autopilot.failsafe, None, "{goal:?}");
         rig.outcome(ordered);

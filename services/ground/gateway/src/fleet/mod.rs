@@ -242,6 +242,8 @@ impl VehicleState {
             | Message::SkillControl(_)
             | Message::FlagEvent(_)
             | Message::GroundContact(_)
+            | Message::TaskOrder(_)
+            | Message::TaskReport(_)
             | Message::VehicleCommand(_)
             | Message::OffboardControlMode(_)
             | Message::TrajectorySetpoint(_)

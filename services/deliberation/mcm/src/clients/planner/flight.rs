@@ -107,7 +107,7 @@ impl Flight {
 
     pub(crate) fn interrupted_goal(&self) -> Option<Goal> {
         let Flight::Interrupted { steps, at, .. } = self else { return None };
-        Some(steps[*at].nominal.goal)
+        Some(steps[*at].nominal.goal.clone())
     }
 
     /// What the planner must know about the step that was given up: how it failed, and the denials.

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use domain::geometry::Ned;
 use domain::skill::{Goal, kind_name, outcome_name};
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Request, Response};
@@ -13,6 +14,11 @@ use super::autopilot::{Autopilot, Reaction};
 
 /// How long a message takes from the autopilot, in wall time.
 const LATENCY: Duration = Duration::from_millis(5);
+
+/// Straight to this far north of the origin, at 10 m.
+pub(crate) fn fly_to(north_m: f64) -> Goal {
+    Goal::fly_to(Ned::new(north_m, 0.0, -10.0), 5.0)
+}
 
 pub(crate) struct Rig {
     node: SkillManager,
@@ -30,6 +36,8 @@ pub(crate) struct Rig {
     pub(crate) other: String,
     /// Messages that were refused, and why.
     pub(crate) refused: Vec<String>,
+    /// What the processes of declared skills were told.
+    pub(crate) task_orders: Vec<v1::TaskOrder>,
     /// When setpoints were sent.
     pub(crate) setpoints: Vec<Time>,
     story: String,
@@ -65,6 +73,7 @@ impl Rig {
             feedback: Vec::new(),
             other: String::new(),
             refused: Vec::new(),
+            task_orders: Vec::new(),
             setpoints: Vec::new(),
             story: String::new(),
         }
@@ -263,6 +272,7 @@ impl Rig {
                 format!("{} {} {what}{reason}", kind_name(it.kind()), it.skill_id)
             }
             Message::SkillFeedback(it) => return self.feedback.push(*it),
+            Message::TaskOrder(it) => return self.task_orders.push(it.clone()),
             Message::SkillControl(it) => return self.other.clone_from(&it.flown_by_other),
             Message::TrajectorySetpoint(_) => return self.setpoints.push(self.now),
             _ => return,

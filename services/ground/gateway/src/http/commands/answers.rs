@@ -79,6 +79,7 @@ impl Site {
             permissions: granted.map(|it| it.area.clone()).collect(),
             charge: introspection.battery.as_ref().map(|it| it.remaining),
             gripper: introspection.status.as_ref().map_or(v1::Gripper::Unspecified, |it| it.gripper()) as i32,
+            done: Vec::new(),
         })
     }
 

@@ -1,0 +1,572 @@
+//! Declared skills: what an integrator's own process can do, as `config/skills/NAME.toml` says. docs/skills.md has every key.
+//!
+//! The planner needs the inputs, the time and the energy; the monitor reads the conditions; the skill manager gets the limits with
+//! each goal. None of them knows what the skill does.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::ops::Range;
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::contingency::expression::{Expression, Verdict};
+use crate::contingency::hazard::reach::well;
+use crate::contingency::snapshot::{Field, Snapshot};
+use crate::file::{Mistake, Mistakes, Source, did_you_mean};
+use crate::geometry::Ned;
+use crate::mission::Objective;
+use crate::payload_command::{PAYLOAD_COMMANDS, Param, PayloadCommand};
+use crate::quantity::{Number, Positive};
+use crate::task::{Task, TaskGoal};
+
+/// Most seconds that another skill waits for an interrupted one: an emergency cannot wait longer. (ENG)
+const LONGEST_INTERRUPT_S: f64 = 10.0;
+/// Conditions are tried at these heights, in metres.
+const HEIGHTS_M: [f64; 8] = [10.0, 5.0, 3.0, 15.0, 20.0, 30.0, 50.0, 80.0];
+/// Parameters of a command of MAVLink.
+const MOST_PARAMS: usize = 7;
+/// Most tasks at one place, and most declared skills.
+pub const MOST_TASKS: usize = 50;
+const LONGEST_NAME: usize = 40;
+
+/// All declared skills, in the order of their names.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct DeclaredSkills(Vec<DeclaredSkill>);
+
+/// What one skill needs, takes and promises.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeclaredSkill {
+    /// The name of its file.
+    pub name: String,
+    /// Counts the declaration's versions. A process says which one it was written for.
+    pub version: u32,
+    /// What it does, in a sentence.
+    pub summary: String,
+    /// Must hold before it begins; `None`: nothing must.
+    pub precondition: Option<Expression>,
+    /// Must hold while it runs.
+    pub invariant: Option<Expression>,
+    /// Must hold once it has succeeded.
+    pub postcondition: Option<Expression>,
+    inputs: Vec<Input>,
+    seconds: f64,
+    power_w: f64,
+    limit_s: f64,
+    interrupt_s: f64,
+    /// How often it is tried at one place before the objective is given up.
+    pub tries: u32,
+    succeeds_as: Vec<String>,
+    fails_as: Vec<String>,
+    /// The command for an autopilot that carries the skill out itself; `None`: a process does.
+    pub payload_command: Option<PayloadCommand>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Input {
+    name: String,
+    least: f64,
+    most: f64,
+    /// What a mission need not say.
+    usual: Option<f64>,
+    /// Seconds for each of its units.
+    seconds_per_unit: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    version: u32,
+    summary: String,
+    precondition: Option<Spanned<String>>,
+    invariant: Option<Spanned<String>>,
+    postcondition: Option<Spanned<String>>,
+    /// Besides what the inputs take.
+    seconds: Number<0, 86_400>,
+    #[serde(default)]
+    power_w: Option<Number<0, 86_400>>,
+    limit_s: Spanned<Positive>,
+    interrupt_s: Option<Spanned<Number<0, 86_400>>>,
+    tries: Option<Number<1, 20>>,
+    #[serde(default)]
+    input: BTreeMap<Spanned<String>, InputEntry>,
+    outcome: Spanned<BTreeMap<Spanned<String>, Meaning>>,
+    mavlink: Option<MavlinkEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MavlinkEntry {
+    command: Spanned<String>,
+    params: Spanned<Vec<Spanned<ParamEntry>>>,
+    cancel: Option<Spanned<Vec<Spanned<ParamEntry>>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum ParamEntry {
+    Number(f64),
+    Input(String),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct InputEntry {
+    least: Spanned<f64>,
+    most: Spanned<f64>,
+    usual: Option<Spanned<f64>>,
+    seconds_per_unit: Option<Number<0, 86_400>>,
+}
+
+/// What an outcome means for the objective.
+#[derive(Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Meaning {
+    Success,
+    Failure,
+}
+
+impl DeclaredSkills {
+    /// Reads every `*.toml` of a folder.
+    ///
+    /// # Errors
+    /// The mistakes in all of them, each with its place.
+    pub fn read(folder: &Path) -> Result<DeclaredSkills, Mistakes> {
+        let (mut skills, mut mistakes) = (Vec::new(), Mistakes::default());
+        for source in DeclaredSkills::sources(folder)? {
+            match DeclaredSkill::read(&source) {
+                Ok(skill) => skills.push(skill),
+                Err(found) => found.0.into_iter().for_each(|it| mistakes.push(it)),
+            }
+        }
+        skills.sort_by(|a, b| a.name.cmp(&b.name));
+        mistakes.or(DeclaredSkills(skills))
+    }
+
+    /// The files of a folder, in the order of their names.
+    ///
+    /// # Errors
+    /// If the folder or one of its files cannot be read.
+    pub fn sources(folder: &Path) -> Result<Vec<Source>, Mistakes> {
+        let unreadable = |cause: std::io::Error| {
+            let message = format!("cannot be read: {cause}");
+            let help = "`skills` in the configuration is a folder with a file for each declared skill".into();
+            Mistakes(vec![Mistake { path: folder.to_owned(), place: None, message, help }])
+        };
+        let mut paths = Vec::new();
+        for entry in fs::read_dir(folder).map_err(unreadable)? {
+            let path = entry.map_err(unreadable)?.path();
+            if path.extension().is_some_and(|it| it == "toml") {
+                paths.push(path);
+            }
+        }
+        paths.sort();
+        paths.iter().map(|it| Source::read(it)).collect()
+    }
+
+    /// Those of these.
+    pub fn of(skills: Vec<DeclaredSkill>) -> DeclaredSkills {
+        DeclaredSkills(skills)
+    }
+
+    /// Each of them.
+    pub fn all(&self) -> &[DeclaredSkill] {
+        &self.0
+    }
+
+    /// The one of this name.
+    pub fn get(&self, name: &str) -> Option<&DeclaredSkill> {
+        self.0.iter().find(|it| it.name == name)
+    }
+
+    /// The goal that does `task` over a place. One of an undeclared skill cannot succeed; [`DeclaredSkills::misfit`] says why.
+    pub fn goal(&self, task: &Task, over: Ned) -> TaskGoal {
+        self.get(&task.skill).map_or_else(
+            || TaskGoal {
+                over,
+                task: task.clone(),
+                estimate_s: 0.0,
+                power_w: 0.0,
+                limit_s: 1.0,
+                interrupt_s: 0.0,
+                succeeds_as: Vec::new(),
+            },
+            |it| it.goal(task, over),
+        )
+    }
+
+    /// The same for each task of a mission, the first that cannot be done with its objective.
+    pub fn misfit_in<'a>(&self, objectives: impl IntoIterator<Item = &'a Objective>) -> Option<String> {
+        objectives.into_iter().find_map(|objective| {
+            let (message, help) = objective.terms.tasks.iter().find_map(|it| self.misfit(it))?;
+            let help = if help.is_empty() { help } else { format!(": {help}") };
+            Some(format!("objective `{}`: {message}{help}", objective.name))
+        })
+    }
+
+    /// Why a task cannot be done by any of these, and how to mend that; `None` if it can.
+    pub fn misfit(&self, task: &Task) -> Option<(String, String)> {
+        let Some(skill) = self.get(&task.skill) else {
+            let names: Vec<&str> = self.0.iter().map(|it| it.name.as_str()).collect();
+            return Some((format!("there is no declared skill `{}`", task.skill), did_you_mean(&task.skill, &names)));
+        };
+        skill.misfit(task)
+    }
+}
+
+impl DeclaredSkill {
+    /// Parses and checks a declaration; its name is that of the file.
+    ///
+    /// # Errors
+    /// The mistakes, each with its place.
+    pub fn read(source: &Source) -> Result<DeclaredSkill, Mistakes> {
+        let file: File = source.parse()?;
+        let mut check = Check { source, mistakes: Mistakes::default() };
+        let name = source.path.file_stem().map(|it| it.to_string_lossy().into_owned()).unwrap_or_default();
+        if !is_name(&name) {
+            check.say(None, format!("the file name `{name}` cannot name a skill"), NAMES);
+        }
+        let inputs: Vec<Input> = file.input.iter().map(|(name, it)| check.input(name, it)).collect();
+        let payload_command = file.mavlink.as_ref().map(|it| check.payload_command(it, &inputs));
+        let (limit_s, interrupt_s) = (file.limit_s.as_ref().get(), check.interrupt(file.interrupt_s.as_ref()));
+        let outcomes = |wanted: Meaning| {
+            let those = file.outcome.as_ref().iter().filter(move |(_, meaning)| **meaning == wanted);
+            those.map(|(name, _)| name.as_ref().clone()).collect::<Vec<_>>()
+        };
+        let succeeds_as = outcomes(Meaning::Success);
+        if succeeds_as.is_empty() {
+            check.say(Some(file.outcome.span()), "no outcome is a success", "say which one is: `done = \"success\"`");
+        }
+        for name in file.outcome.as_ref().keys().filter(|it| !is_name(it.as_ref()) || it.as_ref() == CANCELLED) {
+            check.say(Some(name.span()), format!("`{}` cannot name an outcome", name.as_ref()), NAMES);
+        }
+        let skill = DeclaredSkill {
+            name,
+            version: file.version,
+            summary: file.summary.clone(),
+            precondition: check.condition(file.precondition.as_ref()),
+            invariant: check.condition(file.invariant.as_ref()),
+            postcondition: check.condition(file.postcondition.as_ref()),
+            inputs,
+            seconds: file.seconds.get(),
+            power_w: file.power_w.map_or(0.0, Number::get),
+            limit_s,
+            interrupt_s,
+            tries: file.tries.map_or(1, |it| it.get() as u32),
+            succeeds_as,
+            fails_as: outcomes(Meaning::Failure),
+            payload_command,
+        };
+        let longest_s = skill.estimate_s(|it| it.most);
+        if limit_s < longest_s {
+            let message = format!("`limit_s` is {limit_s}, and the skill takes up to {longest_s} s");
+            check.say(
+                Some(file.limit_s.span()),
+                message,
+                "raise it: a skill that is as slow as declared has not failed",
+            );
+        }
+        match (skill.usable_at_m(), &skill.postcondition) {
+            (None, _) => {
+                let span = file.precondition.as_ref().or(file.invariant.as_ref()).map(Spanned::span);
+                check.say(
+                    span,
+                    "precondition and invariant hold at no height at which a vehicle hovers",
+                    "tried at 3 to 80 m, while all is well",
+                );
+            }
+            (Some(height_m), Some(it)) if it.verdict(&hovering(height_m)) == Verdict::DoesNotHold => {
+                let message =
+                    format!("the postcondition does not hold where the skill is used, such as at {height_m} m");
+                check.say(file.postcondition.as_ref().map(Spanned::span), message, "no task could succeed");
+            }
+            (Some(_), _) => {}
+        }
+        check.mistakes.or(skill)
+    }
+
+    /// Why it cannot do this task, and how to mend that; `None` if it can.
+    fn misfit(&self, task: &Task) -> Option<(String, String)> {
+        let (skill, names) = (&self.name, self.inputs.iter().map(|it| it.name.as_str()).collect::<Vec<_>>());
+        if let Some((name, _)) = task.inputs.iter().find(|(name, _)| !names.contains(&name.as_str())) {
+            return Some((format!("skill `{skill}` has no input `{name}`"), did_you_mean(name, &names)));
+        }
+        self.inputs.iter().find_map(|input| {
+            let Input { name, least, most, .. } = input;
+            match input.of(task) {
+                None => {
+                    Some((format!("skill `{skill}` needs `{name}`"), format!("add `{name}`, from {least} to {most}")))
+                }
+                Some(value) if !(*least..=*most).contains(&value) => {
+                    Some((format!("`{name}` of skill `{skill}` is {value}, expected {least} to {most}"), String::new()))
+                }
+                Some(_) => None,
+            }
+        })
+    }
+
+    /// The goal that does `task` over a place; an input that the task leaves out has its usual value.
+    pub fn goal(&self, task: &Task, over: Ned) -> TaskGoal {
+        let value = |it: &Input| Some((it.name.clone(), it.of(task)?));
+        TaskGoal {
+            over,
+            task: Task { skill: self.name.clone(), inputs: self.inputs.iter().filter_map(value).collect() },
+            estimate_s: self.estimate_s(|it| it.of(task).unwrap_or(it.most)),
+            power_w: self.power_w,
+            limit_s: self.limit_s,
+            interrupt_s: self.interrupt_s,
+            succeeds_as: self.succeeds_as.clone(),
+        }
+    }
+
+    /// The first of some heights at which it can be used while all is well and the vehicle hovers, in metres.
+    pub fn usable_at_m(&self) -> Option<f64> {
+        let conditions = [&self.precondition, &self.invariant];
+        let holds = |height_m: &f64| {
+            let hovers = hovering(*height_m);
+            conditions.into_iter().flatten().all(|it| it.verdict(&hovers) != Verdict::DoesNotHold)
+        };
+        HEIGHTS_M.into_iter().find(holds)
+    }
+
+    /// A task with these inputs, for the others their usual value or the least one.
+    pub fn example(&self, inputs: &[(String, f64)]) -> Task {
+        let given = |name: &str| inputs.iter().find(|(it, _)| it == name).map(|(_, value)| *value);
+        let known = self.inputs.iter().map(|it| (it.name.clone(), given(&it.name).or(it.usual).unwrap_or(it.least)));
+        let unknown = inputs.iter().filter(|(name, _)| self.inputs.iter().all(|it| it.name != *name));
+        Task { skill: self.name.clone(), inputs: known.chain(unknown.cloned()).collect() }
+    }
+
+    /// What it takes, in words, a line for each thing.
+    pub fn in_words(&self) -> Vec<String> {
+        let inputs = self.inputs.iter().map(|it| format!("{} from {} to {}", it.name, it.least, it.most));
+        let conditions = [
+            ("begins if", &self.precondition),
+            ("goes on while", &self.invariant),
+            ("has succeeded if", &self.postcondition),
+        ];
+        let conditions =
+            conditions.into_iter().filter_map(|(when, it)| Some(format!("{when} {}", it.as_ref()?.text())));
+        let outcomes =
+            self.outcomes().map(|(name, success)| format!("{name} ({})", if success { "success" } else { "failure" }));
+        let limits = format!(
+            "takes {} s and more, at most {} s; an interruption up to {} s",
+            self.seconds, self.limit_s, self.interrupt_s
+        );
+        let ends = format!("ends as {}", outcomes.collect::<Vec<_>>().join(", "));
+        inputs.chain(conditions).chain([limits, ends]).collect()
+    }
+
+    /// Each of its outcomes, and whether it is a success.
+    pub fn outcomes(&self) -> impl Iterator<Item = (&str, bool)> {
+        self.succeeds_as.iter().map(|it| (it.as_str(), true)).chain(self.fails_as.iter().map(|it| (it.as_str(), false)))
+    }
+
+    fn estimate_s(&self, value: impl Fn(&Input) -> f64) -> f64 {
+        self.seconds + self.inputs.iter().map(|it| it.seconds_per_unit * value(it).abs()).sum::<f64>()
+    }
+}
+
+impl Input {
+    fn of(&self, task: &Task) -> Option<f64> {
+        let given = task.inputs.iter().find(|(name, _)| *name == self.name);
+        given.map(|(_, value)| *value).or(self.usual)
+    }
+}
+
+/// What conditions read while all is well and the vehicle hovers at this height.
+fn hovering(height_m: f64) -> Snapshot {
+    let mut hovers = well(true);
+    hovers.set(Field::Height, Some(height_m));
+    hovers.set(Field::GroundSpeed, Some(0.0));
+    hovers.set_choice(Field::Mode, "loiter");
+    hovers.set_choice(Field::IntendedMode, "loiter");
+    hovers
+}
+
+/// The outcome of a task that was ended by an order: no declaration has it.
+pub const CANCELLED: &str = "cancelled";
+
+pub(crate) const NAMES: &str = "a name has up to 40 of a-z, 0-9 and _, begins with a letter, and is not `cancelled`";
+
+pub(crate) fn is_name(name: &str) -> bool {
+    let rest = |it: char| it.is_ascii_lowercase() || it.is_ascii_digit() || it == '_';
+    name.starts_with(|it: char| it.is_ascii_lowercase()) && name.len() <= LONGEST_NAME && name.chars().all(rest)
+}
+
+struct Check<'a> {
+    source: &'a Source,
+    mistakes: Mistakes,
+}
+
+impl Check<'_> {
+    fn say(&mut self, span: Option<Range<usize>>, message: impl Into<String>, help: &str) {
+        self.mistakes.push(self.source.mistake(span, message, help));
+    }
+
+    fn input(&mut self, name: &Spanned<String>, it: &InputEntry) -> Input {
+        if !is_name(name.as_ref()) {
+            self.say(Some(name.span()), format!("`{}` cannot name an input", name.as_ref()), NAMES);
+        }
+        let (least, most) = (*it.least.as_ref(), *it.most.as_ref());
+        if !(least.is_finite() && most.is_finite() && least <= most) {
+            self.say(
+                Some(it.most.span()),
+                format!("`most` is {most}, expected no less than `least`, which is {least}"),
+                "",
+            );
+        }
+        let usual = it.usual.as_ref().map(|it| *it.as_ref());
+        if let Some(entry) = it.usual.as_ref().filter(|it| !(least..=most).contains(it.as_ref())) {
+            self.say(Some(entry.span()), format!("`usual` is {}, expected {least} to {most}", entry.as_ref()), "");
+        }
+        let seconds_per_unit = it.seconds_per_unit.map_or(0.0, Number::get);
+        Input { name: name.as_ref().clone(), least, most, usual, seconds_per_unit }
+    }
+
+    fn interrupt(&mut self, it: Option<&Spanned<Number<0, 86_400>>>) -> f64 {
+        let Some(it) = it else { return 0.0 };
+        let seconds = it.as_ref().get();
+        if LONGEST_INTERRUPT_S < seconds {
+            let message = format!("`interrupt_s` is {seconds}, expected at most {LONGEST_INTERRUPT_S}");
+            self.say(
+                Some(it.span()),
+                message,
+                "an emergency waits for it: let the process do what takes longer before it ends",
+            );
+        }
+        seconds
+    }
+
+    fn payload_command(&mut self, it: &MavlinkEntry, inputs: &[Input]) -> PayloadCommand {
+        let name = it.command.as_ref();
+        let command = PAYLOAD_COMMANDS.iter().find(|(known, _)| known == name);
+        if command.is_none() {
+            let known = PAYLOAD_COMMANDS.map(|(name, _)| name);
+            let help = format!("{}one of {}", did_you_mean(name, &known), known.join(", "));
+            self.say(Some(it.command.span()), format!("`{name}` does not command a payload"), &help);
+        }
+        let params = self.params(&it.params, inputs);
+        let cancel = it.cancel.as_ref().map(|it| self.params(it, inputs));
+        PayloadCommand { command: command.map_or(0, |(_, number)| *number), params, cancel }
+    }
+
+    fn params(&mut self, entries: &Spanned<Vec<Spanned<ParamEntry>>>, inputs: &[Input]) -> Vec<Param> {
+        if MOST_PARAMS < entries.as_ref().len() {
+            self.say(
+                Some(entries.span()),
+                format!("found {} parameters, expected at most {MOST_PARAMS}", entries.as_ref().len()),
+                "",
+            );
+        }
+        let param = |it: &Spanned<ParamEntry>| match it.as_ref() {
+            ParamEntry::Number(number) => Param::Number(*number),
+            ParamEntry::Input(name) => {
+                if inputs.iter().all(|it| it.name != *name) {
+                    let names: Vec<&str> = inputs.iter().map(|it| it.name.as_str()).collect();
+                    self.say(Some(it.span()), format!("there is no input `{name}`"), &did_you_mean(name, &names));
+                }
+                Param::Input(name.clone())
+            }
+        };
+        entries.as_ref().iter().map(param).collect()
+    }
+
+    fn condition(&mut self, it: Option<&Spanned<String>>) -> Option<Expression> {
+        let it = it?;
+        match Expression::parse(it.as_ref()) {
+            Ok(expression) => Some(expression),
+            Err(problem) => {
+                // The text stands behind its quote.
+                let begin = it.span().start + 1;
+                let span = begin + problem.span.start..begin + problem.span.end;
+                self.say(Some(span), problem.message, &problem.help);
+                None
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::check_mistake;
+
+    const GOOD: &str = r#"
+version = 1
+summary = "Lowers a load on a rope"
+precondition = "vehicle.flying and position.height_m < 40 m"
+invariant = "motion.ground_speed_m_s < 2 m/s"
+seconds = 2.0
+power_w = 40.0
+limit_s = 60.0
+interrupt_s = 5.0
+[input.length_m]
+least = 1.0
+most = 20.0
+seconds_per_unit = 2.0
+[outcome]
+done = "success"
+snagged = "failure"
+[mavlink]
+command = "DO_WINCH"
+params = [1, "length_m"]
+"#;
+
+    fn read(text: &str) -> Result<DeclaredSkill, Mistakes> {
+        DeclaredSkill::read(&Source { path: "winch_down.toml".into(), text: text.into() })
+    }
+
+    #[test]
+    fn a_declaration_says_what_a_task_takes() {
+        let skill = read(GOOD).unwrap();
+        let task = Task { skill: "winch_down".into(), inputs: vec![("length_m".into(), 12.0)] };
+        let goal = skill.goal(&task, Ned::default());
+        assert_eq!((goal.estimate_s, goal.limit_s, goal.interrupt_s, skill.tries), (26.0, 60.0, 5.0, 1));
+        assert_eq!(goal.task.to_string(), "winch_down (length_m 12)");
+        assert_eq!(skill.outcomes().collect::<Vec<_>>(), [("done", true), ("snagged", false)]);
+    }
+
+    #[test]
+    fn a_task_that_no_declaration_allows_is_told() {
+        #[track_caller]
+        fn check(skill: &str, inputs: &[(&str, f64)], expected: Option<&str>) {
+            let inputs = inputs.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+            let declared = DeclaredSkills::of(vec![read(GOOD).unwrap()]);
+            let found = declared.misfit(&Task { skill: skill.into(), inputs });
+            assert_eq!(found.map(|(message, _)| message).as_deref(), expected);
+        }
+        check("winch_down", &[("length_m", 12.0)], None);
+        check("winch_up", &[], Some("there is no declared skill `winch_up`"));
+        check("winch_down", &[], Some("skill `winch_down` needs `length_m`"));
+        check("winch_down", &[("length_m", 50.0)], Some("`length_m` of skill `winch_down` is 50, expected 1 to 20"));
+        check("winch_down", &[("lenght_m", 5.0)], Some("skill `winch_down` has no input `lenght_m`"));
+    }
+
+    #[test]
+    fn mistakes_are_told_with_their_place() {
+        #[track_caller]
+        fn check(find: &str, replace: &str, expected: &str) {
+            let read = |text: &str| DeclaredSkill::read(&Source { path: "m.toml".into(), text: text.into() });
+            check_mistake(GOOD, find, replace, read, expected);
+        }
+        check("power_w", "power", "m.toml:7:1: unknown field `power`");
+        check("< 40 m", "< 2 m", "m.toml:4:16: precondition and invariant hold at no height at which a vehicle hovers");
+        let never = "seconds = 2.0\npostcondition = \"not vehicle.flying\"";
+        check(
+            "seconds = 2.0",
+            never,
+            "m.toml:7:17: the postcondition does not hold where the skill is used, such as at 10 m",
+        );
+        check("< 40 m", "< 40 s", "m.toml:4:36: m and s are compared");
+        check("vehicle.flying", "vehicle.flies", "m.toml:4:17: ");
+        check("limit_s = 60.0", "limit_s = 20.0", "m.toml:8:11: `limit_s` is 20, and the skill takes up to 42 s");
+        check("interrupt_s = 5.0", "interrupt_s = 60.0", "m.toml:9:15: `interrupt_s` is 60, expected at most 10");
+        check("most = 20.0", "most = 0.5", "m.toml:12:8: `most` is 0.5, expected no less than `least`, which is 1");
+        check("done = \"success\"", "done = \"failure\"", "m.toml:14:1: no outcome is a success");
+        check("DO_WINCH", "NAV_LAND", "m.toml:18:11: `NAV_LAND` does not command a payload");
+        check("[1, \"length_m\"]", "[1, \"length\"]", "m.toml:19:14: there is no input `length`");
+        check("snagged", "cancelled", "m.toml:16:1: `cancelled` cannot name an outcome");
+    }
+}

@@ -1,0 +1,86 @@
+//! Tasks, and what is asked of the processes that carry them out.
+
+use kittiwake_proto::v1;
+
+use super::{InvalidMessage, finite, not_negative, positive};
+use crate::task::{Task, TaskGoal};
+
+/// Numbers by their names.
+pub fn values_to_wire(values: &[(String, f64)]) -> Vec<v1::TaskValue> {
+    values.iter().map(|(name, value)| v1::TaskValue { name: name.clone(), value: *value }).collect()
+}
+
+/// The same from a message.
+///
+/// # Errors
+/// If one is not a finite number.
+pub fn values_from_wire(values: Vec<v1::TaskValue>) -> Result<Vec<(String, f64)>, InvalidMessage> {
+    values.into_iter().map(|it| Ok((it.name, finite("task value", it.value)?))).collect()
+}
+
+/// What an order asks for.
+///
+/// # Errors
+/// If it names no skill, or an input is not a number.
+pub fn task_of_order(order: v1::TaskOrder) -> Result<Task, InvalidMessage> {
+    v1::Task { skill: order.skill, inputs: order.inputs }.try_into()
+}
+
+impl From<&Task> for v1::Task {
+    fn from(task: &Task) -> v1::Task {
+        v1::Task { skill: task.skill.clone(), inputs: values_to_wire(&task.inputs) }
+    }
+}
+
+impl TryFrom<v1::Task> for Task {
+    type Error = InvalidMessage;
+    fn try_from(task: v1::Task) -> Result<Task, InvalidMessage> {
+        if task.skill.is_empty() {
+            return Err(InvalidMessage::Missing("skill"));
+        }
+        Ok(Task { skill: task.skill, inputs: values_from_wire(task.inputs)? })
+    }
+}
+
+impl From<&TaskGoal> for v1::TaskGoal {
+    fn from(goal: &TaskGoal) -> v1::TaskGoal {
+        v1::TaskGoal {
+            over: Some(goal.over.into()),
+            task: Some((&goal.task).into()),
+            estimate_s: goal.estimate_s,
+            power_w: goal.power_w,
+            limit_s: goal.limit_s,
+            interrupt_s: goal.interrupt_s,
+            succeeds_as: goal.succeeds_as.clone(),
+        }
+    }
+}
+
+impl TryFrom<v1::TaskGoal> for TaskGoal {
+    type Error = InvalidMessage;
+    fn try_from(goal: v1::TaskGoal) -> Result<TaskGoal, InvalidMessage> {
+        Ok(TaskGoal {
+            over: goal.over.ok_or(InvalidMessage::Missing("over"))?.try_into()?,
+            task: goal.task.ok_or(InvalidMessage::Missing("task"))?.try_into()?,
+            estimate_s: not_negative("estimate_s", goal.estimate_s)?,
+            power_w: not_negative("power_w", goal.power_w)?,
+            limit_s: positive("limit_s", goal.limit_s)?,
+            interrupt_s: not_negative("interrupt_s", goal.interrupt_s)?,
+            succeeds_as: goal.succeeds_as,
+        })
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use proptest::prelude::*;
+
+    use super::super::generators::name;
+    use super::*;
+
+    pub(crate) fn task() -> impl Strategy<Value = Task> {
+        let inputs = prop::collection::vec((name(), -1e6..1e6), 0..3);
+        let skill = name().prop_filter("a task names a skill", |it| !it.is_empty());
+        (skill, inputs).prop_map(|(skill, inputs)| Task { skill, inputs })
+    }
+}

@@ -1,0 +1,130 @@
+//! A task: what the process of a declared skill hears and does, and what becomes of the skill by it.
+
+use std::sync::Arc;
+
+use domain::geometry::Ned;
+use domain::skill::Goal;
+use domain::task::{Task, TaskGoal};
+use kittiwake_proto::topics::Message;
+use kittiwake_proto::v1::{self, SkillOutcome, TaskState};
+
+use crate::stories::support::autopilot::Autopilot;
+use crate::stories::support::rig::{Rig, fly_to};
+
+const LIMIT_S: f64 = 20.0;
+
+fn winch(interrupt_s: f64) -> Goal {
+    Goal::Task(Arc::new(TaskGoal {
+        over: Ned::new(0.0, 0.0, -10.0),
+        task: Task { skill: "winch".into(), inputs: vec![("length_m".into(), 5.0)] },
+        estimate_s: 5.0,
+        power_w: 0.0,
+        limit_s: LIMIT_S,
+        interrupt_s,
+        succeeds_as: vec!["done".into()],
+    }))
+}
+
+fn hovering() -> Rig {
+    let mut rig = Rig::new(Autopilot::flying());
+    rig.run(2.0);
+    rig
+}
+
+fn report(rig: &mut Rig, state: TaskState, outcome: &str) {
+    let request_id = rig.task_orders.first().map(|it| it.request_id.clone()).unwrap_or_default();
+    let mut report = v1::TaskReport { skill: "winch".into(), version: 1, request_id, ..Default::default() };
+    report.set_state(state);
+    report.outcome = outcome.into();
+    report.results = vec![v1::TaskValue { name: "depth_m".into(), value: 4.5 }];
+    rig.deliver(Message::TaskReport(report));
+}
+
+/// Reports once a second for as long.
+fn runs(rig: &mut Rig, seconds: u32) {
+    for _ in 0..seconds {
+        report(rig, TaskState::Running, "");
+        rig.run(1.0);
+    }
+}
+
+#[test]
+fn it_ends_as_the_process_says_and_commands_nothing() {
+    #[track_caller]
+    fn check(outcome: &str, expected: SkillOutcome, reason: &str) {
+        let mut rig = hovering();
+        let skill = rig.start(winch(0.0));
+        rig.run(0.9);
+        assert_eq!(rig.task_orders.len(), 2, "it is repeated until it is heard");
+        assert_eq!(rig.task_orders[0].inputs[0].value, 5.0);
+        runs(&mut rig, 4);
+        assert_eq!(rig.task_orders.len(), 2);
+        report(&mut rig, TaskState::Ended, outcome);
+        report(&mut rig, TaskState::Ended, "something else");
+        assert_eq!(rig.outcome(skill), expected);
+        assert_eq!(rig.reason(skill), reason);
+        assert_eq!(rig.autopilot.commands, []);
+    }
+    check("done", SkillOutcome::Succeeded, "done, depth_m 4.5");
+    check("snagged", SkillOutcome::Failed, "winch ended as `snagged`");
+}
+
+#[test]
+fn a_process_that_misbehaves_fails_it() {
+    #[track_caller]
+    fn check(runs_s: u32, expected: SkillOutcome, reason: &str) {
+        let mut rig = hovering();
+        let skill = rig.start(winch(0.0));
+        rig.run(0.1);
+        runs(&mut rig, runs_s);
+        assert_eq!(rig.outcome(skill), expected);
+        assert_eq!(rig.reason(skill), reason);
+        rig.run(3.0);
+        assert!(rig.task_orders.last().is_some_and(|it| it.cancel), "it may go on");
+    }
+    check(0, SkillOutcome::Rejected, "the process of winch does not answer");
+    check(3, SkillOutcome::Failed, "the process of winch has fallen silent");
+    check(LIMIT_S as u32 + 1, SkillOutcome::TimedOut, "winch has not ended after 20 s");
+}
+
+#[test]
+fn another_skill_begins_once_the_process_has_made_an_interruption_safe_or_its_time_is_over() {
+    /// The process says that it is safe after `answers_s`; the next skill is commanded after about as long as expected.
+    #[track_caller]
+    fn check(interrupt_s: f64, answers_s: f64, expected_s: f64) {
+        let mut rig = hovering();
+        let skill = rig.start(winch(interrupt_s));
+        rig.run(0.1);
+        runs(&mut rig, 2);
+        rig.start(fly_to(50.0));
+        rig.run(0.05);
+        assert!(rig.task_orders.last().is_some_and(|it| it.cancel));
+        let begun = rig.now;
+        let mut answered = false;
+        while rig.autopilot.commands.is_empty() {
+            let passed_s = (rig.now - begun).as_secs_f64();
+            assert!(passed_s < 15.0, "it never begins");
+            if answers_s <= passed_s && !std::mem::replace(&mut answered, true) {
+                report(&mut rig, TaskState::Ended, "cancelled");
+            }
+            rig.run(0.05);
+        }
+        let passed_s = (rig.now - begun).as_secs_f64();
+        assert!((passed_s - expected_s).abs() < 0.6, "{passed_s} s, expected {expected_s} s");
+        assert_eq!(rig.outcome(skill), SkillOutcome::Aborted);
+    }
+    check(0.0, 100.0, 0.0);
+    check(4.0, 1.0, 1.0);
+    check(4.0, 100.0, 4.0);
+}
+
+#[test]
+fn it_does_not_begin_where_the_vehicle_does_not_hover() {
+    let mut rig = hovering();
+    rig.start(fly_to(50.0));
+    rig.run(2.0);
+    let skill = rig.start(winch(0.0));
+    assert_eq!(rig.outcome(skill), SkillOutcome::Failed);
+    assert_eq!(rig.reason(skill), "the vehicle does not hover: its mode is offboard");
+    assert!(rig.task_orders.is_empty());
+}

@@ -1,0 +1,134 @@
+//! `kittiwake skill`: the declared skills, and an examination of a process that carries one out.
+
+mod exam;
+mod examiner;
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use domain::declared_skill::DeclaredSkills;
+use domain::file::did_you_mean;
+
+use crate::check_inputs;
+use crate::cli::TargetArgs;
+use crate::outcome::Outcome;
+use crate::output;
+use crate::settings::{Settings, default_config};
+use crate::target::Target;
+
+/// For `kittiwake skill`.
+#[derive(Debug, Args)]
+pub struct SkillArgs {
+    #[command(subcommand)]
+    pub command: SkillCommand,
+}
+
+/// What to do with skills.
+#[derive(Debug, Subcommand)]
+pub enum SkillCommand {
+    /// List the skills that every vehicle has, and those that are declared
+    List {
+        /// The configuration file, which names the folder of the declarations
+        #[arg(long, value_name = "FILE", default_value_os_t = default_config())]
+        config: PathBuf,
+    },
+    /// Examine a process that carries out a declared skill: order its tasks, cancel them, order twice; nothing flies
+    Test(TestArgs),
+}
+
+/// For `kittiwake skill test`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Start a router and the process first: kittiwake router, then the process with the locator it prints.\n\
+                        Exit code 0 if it passes everything, 1 if not"
+)]
+pub struct TestArgs {
+    /// The declared skill
+    #[arg(value_name = "NAME")]
+    pub name: String,
+    /// A number for an input, such as `length_m=5`; without it its usual value, or the least one
+    #[arg(long = "input", value_name = "NAME=NUMBER", value_parser = read_input)]
+    pub inputs: Vec<(String, f64)>,
+    #[command(flatten)]
+    pub target: TargetArgs,
+}
+
+fn read_input(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("expected NAME=NUMBER, such as length_m=5")?;
+    let value = value.parse().map_err(|_| format!("`{value}` is not a number"))?;
+    Ok((name.to_owned(), value))
+}
+
+/// Does what the arguments say.
+pub fn skill(args: &SkillArgs) -> Outcome {
+    match &args.command {
+        SkillCommand::List { config } => match read(config.clone()) {
+            Ok(skills) => list(&skills),
+            Err(outcome) => outcome,
+        },
+        SkillCommand::Test(args) => test(args),
+    }
+}
+
+fn read(config: PathBuf) -> Result<DeclaredSkills, Outcome> {
+    check_inputs::read_or_tell(&Settings::of_file(&config)).map(|it| it.skills)
+}
+
+/// What every vehicle can do.
+const BUILT_IN: [(&str, &str); 5] = [
+    ("takeoff", "Arms if necessary and climbs straight up"),
+    ("land", "Lands where the vehicle is"),
+    ("stop", "Comes to rest and hovers"),
+    ("offboard", "Flies straight to a place by setpoints, or at a velocity"),
+    ("release", "Opens the gripper, hovering over a place (`drop = true`)"),
+];
+
+fn list(skills: &DeclaredSkills) -> Outcome {
+    for (name, summary) in BUILT_IN {
+        output::line(format_args!("{name:16} built in    {summary}"));
+    }
+    for skill in skills.all() {
+        output::line(format_args!("{:16} version {:3} {}", skill.name, skill.version, skill.summary));
+        for line in skill.in_words() {
+            output::line(format_args!("{:28} {line}", ""));
+        }
+    }
+    Outcome::Success
+}
+
+fn test(args: &TestArgs) -> Outcome {
+    let target = match Target::find(&args.target) {
+        Ok(target) => target,
+        Err(cause) => {
+            output::error_line(cause);
+            return Outcome::Unavailable;
+        }
+    };
+    let config = target.config.clone().unwrap_or_else(default_config);
+    let skills = match read(config) {
+        Ok(skills) => skills,
+        Err(outcome) => return outcome,
+    };
+    let Some(skill) = skills.get(&args.name) else {
+        let names: Vec<&str> = skills.all().iter().map(|it| it.name.as_str()).collect();
+        output::error_line(format_args!("no declared skill `{}`: {}", args.name, did_you_mean(&args.name, &names)));
+        return Outcome::BadInput;
+    };
+    let task = skill.example(&args.inputs);
+    if let Some((message, help)) = skills.misfit(&task) {
+        output::error_line(format_args!("{message}\n  help: {help}"));
+        return Outcome::BadInput;
+    }
+    let told = exam::examine(skill, &task, &target.connect, &target.vehicle, |result| {
+        let mark = if result.passed { "pass" } else { "FAIL" };
+        output::line(format_args!("{mark}  {:44} {}", result.case, result.seen));
+    });
+    match told {
+        Ok(true) => Outcome::Success,
+        Ok(false) => Outcome::Breached,
+        Err(cause) => {
+            output::error_line(cause);
+            Outcome::Unavailable
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! Skills of one's own: a process that carries out a declared skill, beside real processes, and its examination.
+
+use std::time::Duration;
+
+use kittiwake_skill::{CANCELLED, Offer, Stop, Task, offer};
+
+use crate::support::files::Files;
+use crate::support::{System, kittiwake};
+
+const MISSION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/config/missions/winch.toml");
+
+/// A process in a thread; it ends with this.
+struct Winch(Stop);
+
+impl Winch {
+    fn offered_to(system: &System, work: fn(&Task) -> String) -> Winch {
+        let stop = Stop::new();
+        let offered =
+            Offer { connect: system.locator(), vehicle: "uav1".into(), skill: "winch_down".into(), version: 1 };
+        let until = stop.clone();
+        std::thread::spawn(move || offer(offered, &until, work));
+        Winch(stop)
+    }
+}
+
+impl Drop for Winch {
+    fn drop(&mut self) {
+        self.0.stop();
+    }
+}
+
+/// A second, or until it is cancelled.
+fn lowers(task: &Task) -> String {
+    if task.is_cancelled_within(Duration::from_secs(1)) { CANCELLED.into() } else { "delivered".into() }
+}
+
+#[test]
+fn a_mission_waits_for_its_winch_and_flies_with_it() {
+    let system = System::start(&["--speed", "5", "--mission", MISSION]);
+    let raised = system.wait_for("flag `skill_missing` raised");
+    assert!(raised.contains("no process offers skill `winch_down`"), "{raised}");
+    let _winch = Winch::offered_to(&system, lowers);
+    system.wait_for("winch_down (length_m 12) over (120, 60, 15)");
+    system.end().expect(0, &["SUCCESS", "SUCCESS"]);
+}
+
+#[test]
+fn an_examination_tells_a_process_that_keeps_to_the_exchange_from_one_that_does_not() {
+    let system = System::waiting(&Files::begun_by_operator(), &[]);
+    let examine = || {
+        let output = kittiwake(&["skill", "test", "winch_down", "--pid", &system.pid().to_string()]);
+        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let failed = |told: &str| told.lines().filter(|it| it.starts_with("FAIL")).count();
+
+    let (code, told) = examine();
+    assert_eq!((code, failed(&told)), (Some(1), 1), "nobody is there:\n{told}");
+
+    let winch = Winch::offered_to(&system, lowers);
+    let (code, told) = examine();
+    assert_eq!((code, failed(&told)), (Some(0), 0), "{told}");
+    assert_eq!(told.lines().count(), 8, "{told}");
+    drop(winch);
+
+    let with_words_of_its_own = |task: &Task| {
+        let cancelled = task.is_cancelled_within(Duration::from_secs(1));
+        if cancelled { "stopped".to_owned() } else { "lowered".to_owned() }
+    };
+    let _other = Winch::offered_to(&system, with_words_of_its_own);
+    let (code, told) = examine();
+    assert_eq!((code, failed(&told)), (Some(1), 2), "{told}");
+    let expected = ["lowered after", "stopped after"];
+    assert!(expected.iter().all(|it| told.lines().any(|line| line.starts_with("FAIL") && line.contains(it))), "{told}");
+}
