@@ -70,8 +70,12 @@ class _Process:
             time.sleep(0.05)
         try:
             outcome = self.do(task)
-        except Exception as error:  # The vehicle must know.
-            outcome, task.reason = "error", f"{type(error).__name__}: {error}"
+            task.results = {name: float(value) for name, value in task.results.items()}
+            if not isinstance(outcome, str) or not outcome:
+                raise TypeError(f"`do` returned {outcome!r}, expected an outcome of the declaration, or \"cancelled\"")
+        except BaseException as error:  # The vehicle must know, whatever it is.
+            outcome, task.reason, task.results = "error", f"{type(error).__name__}: {error}", {}
+            print(f"{self.name}: {task.reason}", flush=True)
         task.outcome = outcome
         self.changed.set()
 

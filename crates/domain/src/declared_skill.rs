@@ -77,7 +77,7 @@ struct Input {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
-    version: u32,
+    version: Number<1, 1_000_000>,
     summary: String,
     precondition: Option<Spanned<String>>,
     invariant: Option<Spanned<String>>,
@@ -224,7 +224,7 @@ impl DeclaredSkill {
         let file: File = source.parse()?;
         let mut check = Check { source, mistakes: Mistakes::default() };
         let name = source.path.file_stem().map(|it| it.to_string_lossy().into_owned()).unwrap_or_default();
-        if !is_name(&name) {
+        if !is_name(&name) || BUILT_IN.contains(&name.as_str()) {
             check.say(None, format!("the file name `{name}` cannot name a skill"), NAMES);
         }
         let inputs: Vec<Input> = file.input.iter().map(|(name, it)| check.input(name, it)).collect();
@@ -238,12 +238,14 @@ impl DeclaredSkill {
         if succeeds_as.is_empty() {
             check.say(Some(file.outcome.span()), "no outcome is a success", "say which one is: `done = \"success\"`");
         }
-        for name in file.outcome.as_ref().keys().filter(|it| !is_name(it.as_ref()) || it.as_ref() == CANCELLED) {
+        for name in
+            file.outcome.as_ref().keys().filter(|it| !is_name(it.as_ref()) || RESERVED.contains(&it.as_ref().as_str()))
+        {
             check.say(Some(name.span()), format!("`{}` cannot name an outcome", name.as_ref()), NAMES);
         }
         let skill = DeclaredSkill {
             name,
-            version: file.version,
+            version: file.version.get() as u32,
             summary: file.summary.clone(),
             precondition: check.condition(file.precondition.as_ref()),
             invariant: check.condition(file.invariant.as_ref()),
@@ -388,7 +390,13 @@ fn hovering(height_m: f64) -> Snapshot {
 /// The outcome of a task that was ended by an order: no declaration has it.
 pub const CANCELLED: &str = "cancelled";
 
-pub(crate) const NAMES: &str = "a name has up to 40 of a-z, 0-9 and _, begins with a letter, and is not `cancelled`";
+pub(crate) const NAMES: &str =
+    "a name has up to 40 of a-z, 0-9 and _, begins with a letter, and has no meaning of its own (docs/skills.md)";
+
+/// The outcomes of tasks that did not end by themselves: no declaration has them.
+const RESERVED: [&str; 4] = [CANCELLED, "error", "refused", "unanswered"];
+/// The skills that every vehicle has.
+const BUILT_IN: [&str; 6] = ["takeoff", "land", "stop", "offboard", "release", "task"];
 
 pub(crate) fn is_name(name: &str) -> bool {
     let rest = |it: char| it.is_ascii_lowercase() || it.is_ascii_digit() || it == '_';
@@ -406,7 +414,7 @@ impl Check<'_> {
     }
 
     fn input(&mut self, name: &Spanned<String>, it: &InputEntry) -> Input {
-        if !is_name(name.as_ref()) {
+        if !is_name(name.as_ref()) || name.as_ref() == "skill" {
             self.say(Some(name.span()), format!("`{}` cannot name an input", name.as_ref()), NAMES);
         }
         let (least, most) = (*it.least.as_ref(), *it.most.as_ref());
@@ -567,6 +575,9 @@ params = [1, "length_m"]
         check("done = \"success\"", "done = \"failure\"", "m.toml:14:1: no outcome is a success");
         check("DO_WINCH", "NAV_LAND", "m.toml:18:11: `NAV_LAND` does not command a payload");
         check("[1, \"length_m\"]", "[1, \"length\"]", "m.toml:19:14: there is no input `length`");
+        check("snagged", "error", "m.toml:16:1: `error` cannot name an outcome");
+        check("length_m]\nleast", "skill]\nleast", "m.toml:10:8: `skill` cannot name an input");
+        check("version = 1", "version = 0", "m.toml:2:11: ");
         check("snagged", "cancelled", "m.toml:16:1: `cancelled` cannot name an outcome");
     }
 }

@@ -53,7 +53,10 @@ impl Stuck {
         tolerance: Tolerance,
         rules: &Rules,
     ) -> Verdict {
-        let name = action(step).name();
+        let name = match &step.nominal.goal {
+            Goal::Task(it) => it.task.skill.as_str(),
+            _ => action(step).name(),
+        };
         let give_up = |times: u32| format!("{name} failed {times} times in a row{}", colon(failure));
         match action(step) {
             Action::Takeoff => {

@@ -16,8 +16,10 @@ const SILENT: Duration = Duration::from_secs(3);
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Skills {
     declared: DeclaredSkills,
-    /// When the process of a declared skill was heard last, and the version that it was written for.
-    heard: BTreeMap<String, (Time, u32)>,
+    /// When a process of the declared version was heard last, of each skill.
+    heard: BTreeMap<String, Time>,
+    /// One of another version, and which.
+    others: BTreeMap<String, (Time, u32)>,
     /// What the rest of the mission uses, as the mission manager has told last.
     needed: Option<Vec<String>>,
     /// Since when it listens: a process may not have had the time to report.
@@ -32,8 +34,10 @@ impl Skills {
     /// A process has reported.
     pub(crate) fn hear(&mut self, now: Time, report: v1::TaskReport) {
         self.since.get_or_insert(now);
-        if self.declared.get(&report.skill).is_some() {
-            self.heard.insert(report.skill, (now, report.version));
+        match self.declared.get(&report.skill) {
+            Some(skill) if skill.version == report.version => _ = self.heard.insert(report.skill, now),
+            Some(_) => _ = self.others.insert(report.skill, (now, report.version)),
+            None => {}
         }
     }
 
@@ -52,7 +56,7 @@ impl Skills {
         self.needed.as_ref().map(|needed| needed.iter().find_map(missing))
     }
 
-    /// Each declared skill as it is now.
+    /// Each declared skill as it is now; once the mission is known, those that its rest uses. (A narrow link carries it.)
     pub(crate) fn told(&self, snapshot: &Snapshot, now: Time, pace: Pace) -> Vec<v1::DeclaredSkill> {
         let told = |skill: &DeclaredSkill| v1::DeclaredSkill {
             name: skill.name.clone(),
@@ -62,18 +66,23 @@ impl Skills {
             unmet_invariant: unmet(skill.invariant.as_ref(), snapshot),
             unmet_postcondition: unmet(skill.postcondition.as_ref(), snapshot),
         };
-        self.declared.all().iter().map(told).collect()
+        let is_needed = |it: &&DeclaredSkill| self.needed.as_ref().is_none_or(|needed| needed.contains(&it.name));
+        self.declared.all().iter().filter(is_needed).map(told).collect()
     }
 
     /// Why no process offers it, if none does.
     fn why_not(&self, skill: &DeclaredSkill, now: Time, pace: Pace) -> Option<String> {
         let name = &skill.name;
-        match self.heard.get(name) {
-            Some((at, version)) if now - *at < pace.wall(SILENT) => (*version != skill.version).then(|| {
-                format!("the process of skill `{name}` has version {version}, its declaration {}", skill.version)
-            }),
-            _ => Some(format!("no process offers skill `{name}`")),
+        let is_recent = |at: Time| now - at < pace.wall(SILENT);
+        if self.heard.get(name).is_some_and(|at| is_recent(*at)) {
+            return None;
         }
+        Some(match self.others.get(name).filter(|(at, _)| is_recent(*at)) {
+            Some((_, version)) => {
+                format!("the process of skill `{name}` has version {version}, its declaration {}", skill.version)
+            }
+            None => format!("no process offers skill `{name}`"),
+        })
     }
 }
 
@@ -131,6 +140,7 @@ mod tests {
         check(&[(0, "read_meter", 2)], 2, "");
         check(&[(0, "read_meter", 2)], 3, "no process offers skill `read_meter`");
         check(&[(0, "winch", 2)], 0, "no process offers skill `read_meter`");
+        check(&[(0, "read_meter", 2), (0, "read_meter", 1)], 1, "");
         check(&[(0, "read_meter", 1)], 0, "the process of skill `read_meter` has version 1, its declaration 2");
     }
 

@@ -38,7 +38,7 @@ impl Farewell {
     /// Whether the process is done with the task.
     pub(crate) fn is_ended_by(&self, report: &TaskReport) -> bool {
         let is_of_it = report.request_id == self.order.request_id;
-        report.skill == self.order.task.skill && (!is_of_it || report.state == TaskState::Ended)
+        report.skill == self.order.task.skill && is_of_it && report.state == TaskState::Ended
     }
 
     /// The order, if it is due.

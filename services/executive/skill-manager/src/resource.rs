@@ -7,6 +7,7 @@
 use std::time::Duration;
 
 use domain::fmu::{Command, CommandResult, Status};
+use domain::task::Task;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::v1::SkillOutcome;
 
@@ -17,12 +18,15 @@ use crate::control::Control;
 use crate::farewell::Farewell;
 use crate::fsm::{Action, Ending, Event, SkillId, SkillState};
 use crate::idle::{IdleCare, needs_loiter};
-use crate::messages::{Input, Output, SkillReport};
+use crate::messages::{Input, Output, SkillReport, TaskOrder, TaskReport, TaskState};
 use crate::mode_watch::left_to_autopilot;
 use crate::skill_run::{Aftermath, SkillRun, Start};
 use crate::slots::Slots;
 use crate::stream::SetpointStream;
 use crate::vehicle::{FlightStatus, Vehicle, View, at_wall_rate};
+
+/// How long another skill waits for a task whose `interrupt_s` is not known here. (ENG: half of the longest.)
+const ORPHAN: Duration = Duration::from_secs(5);
 
 /// The skills that run or wait, and the autopilot that they command.
 #[derive(Debug)]
@@ -45,6 +49,8 @@ pub(crate) struct Resource {
     /// The task that was given up last, until its process has ended it.
     farewell: Option<Farewell>,
     task_repeat: Duration,
+    /// The last task that got the order to end: it gets it once.
+    last_orphan: Option<String>,
     /// What is to be published, in order.
     outbox: Vec<Output>,
 }
@@ -66,6 +72,7 @@ impl Resource {
             feedback_period: pace.wall(config.feedback_rate_hz.period()),
             farewell: None,
             task_repeat: pace.wall(REPEAT),
+            last_orphan: None,
             outbox: Vec::new(),
         }
     }
@@ -81,6 +88,7 @@ impl Resource {
                 if let Some(run) = self.slots.registered_mut() {
                     run.hear(&report, now.time);
                 }
+                self.end_orphan(report, now);
             }
             Input::Acknowledged(ack) => {
                 if let Some(command) = self.commands.acknowledged(ack.id) {
@@ -89,6 +97,24 @@ impl Resource {
             }
         }
         self.proceed(now);
+    }
+
+    /// A task runs in flight that this skill manager does not know: the one before has died, or another process has ended the same task. It gets
+    /// the order to end, once. On the ground somebody may examine a process.
+    fn end_orphan(&mut self, report: TaskReport, now: Now) {
+        let TaskReport { skill, request_id, state, .. } = report;
+        let is_ours = self.slots.registered().is_some_and(|it| it.is_requested_as(&request_id));
+        if state != TaskState::Running
+            || self.view(now).flying != Some(true)
+            || is_ours
+            || self.farewell.is_some()
+            || self.last_orphan.as_ref() == Some(&request_id)
+        {
+            return;
+        }
+        self.last_orphan = Some(request_id.clone());
+        let order = TaskOrder { request_id, task: Task { skill, inputs: Vec::new() }, cancel: true };
+        self.farewell = Some(Farewell::begin(order, ORPHAN, self.task_repeat, now.time));
     }
 
     /// Does what is due.
@@ -449,6 +475,7 @@ impl Resource {
     fn ended(&mut self, run: &SkillRun, outcome: SkillOutcome, now: Now) {
         self.pre_empted_takeoff |= outcome == SkillOutcome::Preempted && run.takes_off();
         if let Some((order, takes)) = run.order_to_end() {
+            self.last_orphan = Some(order.request_id.clone());
             self.farewell = Some(Farewell::begin(order, takes, self.task_repeat, now.time));
         }
         match run.aftermath(outcome) {

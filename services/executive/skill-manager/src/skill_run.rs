@@ -311,6 +311,11 @@ impl SkillRun {
         self.skill.order_to_end()
     }
 
+    /// Whether this is the task of that name.
+    pub(crate) fn is_requested_as(&self, request_id: &str) -> bool {
+        self.request_id == request_id
+    }
+
     /// A process has reported about a declared skill.
     pub(crate) fn hear(&mut self, report: &TaskReport, now: Time) {
         self.skill.hear(report, now);

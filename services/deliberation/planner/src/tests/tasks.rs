@@ -104,8 +104,8 @@ fn a_task_that_fails_is_tried_as_often_as_it_is_declared() {
         let objectives = story.objectives();
         assert!(objectives.starts_with(&format!("boat: failure ({reason}")), "{objectives}");
     }
-    check_tries(0, 2, "task failed 2 times in a row");
-    check_tries(1, 1, "task failed 1 times in a row");
+    check_tries(0, 2, "lower failed 2 times in a row");
+    check_tries(1, 1, "photo failed 1 times in a row");
 }
 
 #[test]

@@ -135,7 +135,15 @@ impl Skill for Task {
     }
 
     fn hear(&mut self, report: &TaskReport, now: Time) {
-        if report.skill != self.name() || report.request_id != self.request_id {
+        if report.skill != self.name() {
+            return;
+        }
+        if report.request_id != self.request_id {
+            let is_lost = matches!(self.exchange, Exchange::Running { .. }) && report.state == TaskState::Ready;
+            if is_lost {
+                let reason = format!("the process of {} was started again, and knows nothing of its task", self.name());
+                self.exchange = Exchange::Ended(Ending::because(SkillOutcome::Failed, reason));
+            }
             return;
         }
         self.exchange = match (&self.exchange, report.state) {

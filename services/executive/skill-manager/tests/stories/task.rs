@@ -118,6 +118,27 @@ fn another_skill_begins_once_the_process_has_made_an_interruption_safe_or_its_ti
     check(4.0, 100.0, 4.0);
 }
 
+/// As after the death of the skill manager that had ordered it.
+#[test]
+fn a_task_that_nobody_here_has_ordered_gets_the_order_to_end() {
+    let mut rig = hovering();
+    runs(&mut rig, 8);
+    assert_eq!(rig.task_orders.len(), 5, "so often, and no more");
+    assert!(rig.task_orders.iter().all(|it| it.cancel && it.skill == "winch"));
+}
+
+#[test]
+fn a_process_that_was_started_again_has_lost_its_task() {
+    let mut rig = hovering();
+    let skill = rig.start(winch(0.0));
+    rig.run(0.1);
+    runs(&mut rig, 2);
+    let ready = v1::TaskReport { skill: "winch".into(), state: TaskState::Ready as i32, ..Default::default() };
+    rig.deliver(Message::TaskReport(ready));
+    assert_eq!(rig.outcome(skill), SkillOutcome::Failed);
+    assert_eq!(rig.reason(skill), "the process of winch was started again, and knows nothing of its task");
+}
+
 #[test]
 fn it_does_not_begin_where_the_vehicle_does_not_hover() {
     let mut rig = hovering();
