@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use bus::{Link, Scope, Stop};
 use domain::declared_skill::{CANCELLED, DeclaredSkill};
 use domain::geometry::Ned;
-use domain::task::{Task, TaskGoal};
+use domain::task::{REPEAT, SILENT, Task, TaskGoal};
 use domain::time::Time;
 use domain::wire::task::values_to_wire;
 use kittiwake_proto::v1::{self, TaskState};
@@ -18,9 +18,6 @@ use super::examiner::Examiner;
 
 /// The router is tried for this long.
 const OPEN_LIMIT: Duration = Duration::from_secs(10);
-/// A vehicle takes a process for lost after three seconds.
-const SILENT: Duration = Duration::from_secs(3);
-const REPEAT: Duration = Duration::from_millis(500);
 /// As long as a task runs before it is troubled.
 const BRIEFLY: Duration = Duration::from_millis(300);
 

@@ -6,7 +6,7 @@ mod examiner;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use domain::declared_skill::DeclaredSkills;
+use domain::declared_skill::{BUILT_IN, DeclaredSkills};
 use domain::file::did_you_mean;
 
 use crate::check_inputs;
@@ -73,15 +73,6 @@ pub fn skill(args: &SkillArgs) -> Outcome {
 fn read(config: PathBuf) -> Result<DeclaredSkills, Outcome> {
     check_inputs::read_or_tell(&Settings::of_file(&config)).map(|it| it.skills)
 }
-
-/// What every vehicle can do.
-const BUILT_IN: [(&str, &str); 5] = [
-    ("takeoff", "Arms if necessary and climbs straight up"),
-    ("land", "Lands where the vehicle is"),
-    ("stop", "Comes to rest and hovers"),
-    ("offboard", "Flies straight to a place by setpoints, or at a velocity"),
-    ("release", "Opens the gripper, hovering over a place (`drop = true`)"),
-];
 
 fn list(skills: &DeclaredSkills) -> Outcome {
     for (name, summary) in BUILT_IN {

@@ -16,7 +16,7 @@ use kittiwake_proto::topics::{Message, Topic};
 use kittiwake_proto::v1::{self, TaskState};
 use node::{Effect, Event, Node};
 
-/// A vehicle takes a process for lost that it has not heard for three seconds.
+/// A process reports at least once a second.
 const PERIOD: Duration = Duration::from_millis(500);
 /// How often it is looked at what the work has come to.
 const LOOK: Duration = Duration::from_millis(50);
@@ -103,7 +103,7 @@ impl Task {
 /// Carries out the tasks of a skill by `work`, which returns the outcome, until stopped.
 ///
 /// # Errors
-/// If there is no router, or the connection to it ends for good.
+/// If no router answers, or the connection is lost for good.
 pub fn offer(
     offer: Offer,
     stop: &Stop,
@@ -133,7 +133,7 @@ struct Process {
     present: Option<(String, Arc<Task>)>,
     /// One that begins once the present one has ended.
     next: Option<v1::TaskOrder>,
-    /// What was reported last.
+    /// The task and whether it had ended, in the last report.
     told: Option<(String, bool)>,
     next_report: Time,
     next_look: Time,

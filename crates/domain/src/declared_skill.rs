@@ -27,7 +27,7 @@ const LONGEST_INTERRUPT_S: f64 = 10.0;
 const HEIGHTS_M: [f64; 8] = [10.0, 5.0, 3.0, 15.0, 20.0, 30.0, 50.0, 80.0];
 /// Parameters of a command of MAVLink.
 const MOST_PARAMS: usize = 7;
-/// Most tasks at one place, and most declared skills.
+/// Most tasks at one place.
 pub const MOST_TASKS: usize = 50;
 const LONGEST_NAME: usize = 40;
 
@@ -35,14 +35,14 @@ const LONGEST_NAME: usize = 40;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DeclaredSkills(Vec<DeclaredSkill>);
 
-/// What one skill needs, takes and promises.
+/// The declaration of one skill.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeclaredSkill {
     /// The name of its file.
     pub name: String,
     /// Counts the declaration's versions. A process says which one it was written for.
     pub version: u32,
-    /// What it does, in a sentence.
+    /// One sentence for people.
     pub summary: String,
     /// Must hold before it begins; `None`: nothing must.
     pub precondition: Option<Expression>,
@@ -68,7 +68,7 @@ struct Input {
     name: String,
     least: f64,
     most: f64,
-    /// What a mission need not say.
+    /// Its value where a mission leaves it out.
     usual: Option<f64>,
     /// Seconds for each of its units.
     seconds_per_unit: f64,
@@ -224,7 +224,7 @@ impl DeclaredSkill {
         let file: File = source.parse()?;
         let mut check = Check { source, mistakes: Mistakes::default() };
         let name = source.path.file_stem().map(|it| it.to_string_lossy().into_owned()).unwrap_or_default();
-        if !is_name(&name) || BUILT_IN.contains(&name.as_str()) {
+        if !is_name(&name) || is_built_in(&name) {
             check.say(None, format!("the file name `{name}` cannot name a skill"), NAMES);
         }
         let inputs: Vec<Input> = file.input.iter().map(|(name, it)| check.input(name, it)).collect();
@@ -395,8 +395,19 @@ pub(crate) const NAMES: &str =
 
 /// The outcomes of tasks that did not end by themselves: no declaration has them.
 const RESERVED: [&str; 4] = [CANCELLED, "error", "refused", "unanswered"];
-/// The skills that every vehicle has.
-const BUILT_IN: [&str; 6] = ["takeoff", "land", "stop", "offboard", "release", "task"];
+/// The skills that every vehicle has, each with a sentence for people.
+pub const BUILT_IN: [(&str, &str); 5] = [
+    ("takeoff", "Arms if necessary and climbs straight up"),
+    ("land", "Lands where the vehicle is"),
+    ("stop", "Comes to rest and hovers"),
+    ("offboard", "Flies straight to a place by setpoints, or at a velocity"),
+    ("release", "Opens the gripper, hovering over a place (`drop = true`)"),
+];
+
+fn is_built_in(name: &str) -> bool {
+    // The kind of all declared skills is `task`.
+    name == "task" || BUILT_IN.iter().any(|(it, _)| *it == name)
+}
 
 pub(crate) fn is_name(name: &str) -> bool {
     let rest = |it: char| it.is_ascii_lowercase() || it.is_ascii_digit() || it == '_';

@@ -1,8 +1,14 @@
 //! Tasks: uses of declared skills, which processes of their own carry out while the vehicle hovers.
 
 use std::fmt;
+use std::time::Duration;
 
 use crate::geometry::Ned;
+
+/// A process reports at least once a second of wall time; one that was heard longer ago than this is lost. (ENG: three reports.)
+pub const SILENT: Duration = Duration::from_secs(3);
+/// An order is repeated after this much wall time until a report names it. (ENG)
+pub const REPEAT: Duration = Duration::from_millis(500);
 
 /// One use of a declared skill, as a mission asks for it.
 #[derive(Debug, Clone, PartialEq, Default)]

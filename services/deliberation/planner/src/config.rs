@@ -21,7 +21,7 @@ pub struct Config {
     /// The same in height, on the ground: ground is not level, and barometers drift. (ENG: less than the height of any
     /// deck or roof.)
     pub ground_tolerance_m: Positive,
-    /// Actions in one plan, auxiliary steps not counted. (ENG: three reach any objective; more means
+    /// Actions in one plan, auxiliary steps and tasks not counted. (ENG: three reach any objective; more means
     /// that the actions lead in a circle.)
     pub depth_limit: NonZeroU32,
     /// A step that failed this number of times in a row without any progress of the vehicle counts as

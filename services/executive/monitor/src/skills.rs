@@ -1,16 +1,13 @@
 //! Declared skills: whether a process offers each of them, and whether its conditions hold.
 
 use std::collections::BTreeMap;
-use std::time::Duration;
 
 use domain::contingency::expression::{Expression, Verdict};
 use domain::contingency::snapshot::Snapshot;
 use domain::declared_skill::{DeclaredSkill, DeclaredSkills};
+use domain::task::SILENT;
 use domain::time::{Pace, Time};
 use kittiwake_proto::v1;
-
-/// A process that was heard longer ago, in wall time, offers nothing. (ENG: three reports at 1 Hz.)
-const SILENT: Duration = Duration::from_secs(3);
 
 /// The declarations, and what was heard of them.
 #[derive(Debug, Clone, Default)]
@@ -108,6 +105,7 @@ mod tests {
     use super::*;
     use domain::contingency::snapshot::Field;
     use domain::file::Source;
+    use std::time::Duration;
 
     fn skills() -> Skills {
         let text = "

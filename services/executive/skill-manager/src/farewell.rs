@@ -1,4 +1,5 @@
-//! A task that has ended here and not yet in its process: the process gets the order to end it, and nothing is flown until it is safe to.
+//! A task that has ended for the skill manager and goes on in its process. The process gets the order to end it, and the next skill waits until
+//! it is safe to fly on.
 
 use std::time::Duration;
 

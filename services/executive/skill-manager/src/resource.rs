@@ -7,11 +7,10 @@
 use std::time::Duration;
 
 use domain::fmu::{Command, CommandResult, Status};
-use domain::task::Task;
+use domain::task::{REPEAT, Task};
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::v1::SkillOutcome;
 
-use crate::catalog::task::REPEAT;
 use crate::commands::{Acknowledgement, CommandLine, InFlight, Purpose};
 use crate::config::Config;
 use crate::control::Control;

@@ -21,7 +21,7 @@ mod offboard;
 mod release;
 mod stop;
 mod takeoff;
-pub(crate) mod task;
+mod task;
 
 use forward::Forward;
 

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use domain::fmu::{Command, FlightMode};
 use domain::skill::Goal;
-use domain::task::TaskGoal;
+use domain::task::{REPEAT, SILENT, TaskGoal};
 use domain::time::{Pace, Time};
 use kittiwake_proto::v1::{SkillKind, SkillOutcome};
 
@@ -18,11 +18,6 @@ use crate::config::Config;
 use crate::fsm::Ending;
 use crate::messages::{TaskOrder, TaskReport, TaskState};
 use crate::vehicle::{View, at_wall_rate};
-
-/// The order is repeated after this much wall time. (ENG)
-pub(crate) const REPEAT: Duration = Duration::from_millis(500);
-/// A process that was heard longer ago, in wall time, is lost. (ENG: three reports at 1 Hz.)
-const SILENT: Duration = Duration::from_secs(3);
 
 #[derive(Debug)]
 pub(crate) struct Task {
