@@ -75,7 +75,9 @@ impl Task {
         let (name, outcome, results) = (self.name(), &report.outcome, report.results.clone());
         let because = if report.reason.is_empty() { String::new() } else { format!(": {}", report.reason) };
         if self.goal.succeeds_as.contains(outcome) {
-            let found: Vec<String> = results.iter().map(|(name, value)| format!(", {name} {value}")).collect();
+            // To a thousandth, for people; the event has the number.
+            let in_words = |(name, value): &(String, f64)| format!(", {name} {}", (value * 1e3).round() / 1e3);
+            let found: Vec<String> = results.iter().map(in_words).collect();
             let reason = format!("{outcome}{because}{}", found.concat());
             return Ending { outcome: SkillOutcome::Succeeded, reason, results: results.into() };
         }
