@@ -4,6 +4,7 @@ The bus needs nothing of this file but what it writes and reads: the two message
 """
 
 import argparse
+import json
 import threading
 import time
 from typing import Callable, Dict, Optional
@@ -83,10 +84,11 @@ class _Process:
         report = pb.TaskReport(skill=self.name, version=self.version, state=pb.TASK_STATE_READY)
         task = self.task
         if task:
+            outcome = task.outcome  # Once: it may end meanwhile.
             report.request_id, report.progress, report.reason = task.request_id, task.progress, task.reason
-            report.state = pb.TASK_STATE_ENDED if task.outcome else pb.TASK_STATE_RUNNING
-            report.outcome = task.outcome
-            if task.outcome:
+            report.state = pb.TASK_STATE_ENDED if outcome else pb.TASK_STATE_RUNNING
+            report.outcome = outcome
+            if outcome:
                 report.results.extend(pb.TaskValue(name=name, value=it) for name, it in task.results.items())
         self.reports.put(report.SerializeToString())
 
@@ -106,8 +108,13 @@ def offer(name: str, do: Callable[[Task], str], version: int = 1, connect: Optio
         connect, vehicle = given.connect, given.vehicle
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')
-    config.insert_json5("connect/endpoints", f'["{connect}"]')
+    try:
+        config.insert_json5("connect/endpoints", json.dumps([connect]))
+    except zenoh.ZError:
+        raise SystemExit(f"`{connect}` does not name a router: expected its locator, as `kittiwake up` prints it") from None
+    config.insert_json5("connect/timeout_ms", "-1")
     config.insert_json5("scouting/multicast/enabled", "false")
+    print(f"waits for the router at {connect}", flush=True)
     with zenoh.open(config) as session:
         process = _Process(session, vehicle, name, version, do)
         print(f"offers {name} to {vehicle}", flush=True)
