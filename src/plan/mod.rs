@@ -100,7 +100,9 @@ pub fn forecast(inputs: &Inputs, wind: Option<WindArg>) -> Result<v1::MissionRep
     };
     let mut planner =
         Planner::new(&config.planner, &config.aircraft(), config.speed.pace()).with_skills(inputs.skills.clone());
-    let reply = planner.try_out(&inputs.mission, request, now());
+    let mut reply = planner.try_out(&inputs.mission, request, now());
+    // On board the mission manager fills it in.
+    reply.status.get_or_insert_default().mission.clone_from(&inputs.mission.name);
     if reply.mistakes.is_empty() { Ok(reply) } else { Err(unread(&config.mission)) }
 }
 

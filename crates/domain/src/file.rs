@@ -50,7 +50,11 @@ impl Source {
     /// As many of its mistakes as can be found at once.
     pub fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, Mistakes> {
         parsing::parse(&self.text).map_err(|found| {
-            Mistakes(found.into_iter().map(|(span, message)| self.mistake(span, message, "")).collect())
+            let mistake = |(span, message): parsing::Found| {
+                let help = known_names::misspelt(&message).unwrap_or_default();
+                self.mistake(span, message, help)
+            };
+            Mistakes(found.into_iter().map(mistake).collect())
         })
     }
 

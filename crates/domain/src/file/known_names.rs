@@ -2,7 +2,7 @@
 
 use super::limits::shortened;
 
-/// A name that differs in no more characters is taken for a misspelt one.
+/// A name that differs in no more characters, and in no more than half of them, is taken for a misspelt one.
 const MOST_DIFFERENT: usize = 3;
 /// The longest name that is compared or shown, in characters: the time to compare two grows with the product of their lengths.
 const LONGEST: usize = 100;
@@ -12,6 +12,13 @@ const MOST_LISTED: usize = 10;
 /// The entry of `known` that is closest to `found`, as a help text; the first of them if none is close.
 pub fn did_you_mean(found: &str, known: &[&str]) -> String {
     nearest(found, known).map_or_else(|| listed(known), |it| format!("did you mean `{it}`?"))
+}
+
+/// What was meant by the name in a parser's message of the form "unknown field `spee`, expected `speed` or `count`"; `None` if nothing is close.
+pub(super) fn misspelt(message: &str) -> Option<String> {
+    let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    let (found, known) = names.split_first().filter(|_| message.starts_with("unknown "))?;
+    nearest(found, known).map(|it| format!("did you mean `{it}`?"))
 }
 
 fn nearest<'k>(found: &str, known: &[&'k str]) -> Option<&'k str> {
@@ -24,7 +31,7 @@ fn nearest<'k>(found: &str, known: &[&'k str]) -> Option<&'k str> {
     let compared = known.iter().filter(is_comparable).map(|it| (strsim::levenshtein(found, it), *it));
     compared
         .min_by_key(|(different, _)| *different)
-        .filter(|(different, _)| *different <= MOST_DIFFERENT)
+        .filter(|(different, it)| *different <= MOST_DIFFERENT.min(it.chars().count().max(length) / 2))
         .map(|it| it.1)
 }
 
@@ -52,6 +59,19 @@ mod tests {
         check("fly", &["return_home", "takeoff"], "known: return_home, takeoff");
         check("stpo", &["step", "stop", "stow"], "did you mean `step`?");
         check("fly", &[], "known: ");
+    }
+
+    #[test]
+    fn a_misspelt_name_in_a_parsers_message_is_recognized() {
+        #[track_caller]
+        fn check(message: &str, expected: Option<&str>) {
+            assert_eq!(misspelt(message).as_deref(), expected, "{message}");
+        }
+        check("unknown field `spee`, expected `speed` or `count`", Some("did you mean `speed`?"));
+        check("unknown variant `qiuck`, expected one of `slow`, `quick`, `idle`", Some("did you mean `quick`?"));
+        check("unknown field `fly`, expected `do`", None);
+        check("unknown field `spee`", None);
+        check("missing field `spee`, not `speed`", None);
     }
 
     #[test]
