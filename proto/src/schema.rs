@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use prost::Message as _;
 use prost_reflect::{EnumDescriptor, FieldDescriptor, FileDescriptor, Kind, MessageDescriptor};
-use prost_types::FileDescriptorSet;
+use prost_types::{FileDescriptorProto, FileDescriptorSet};
 use serde_json::{Map, Value, json};
 
 use crate::json::pool;
@@ -29,12 +29,14 @@ pub fn reference(full_name: &str) -> Value {
 }
 
 /// The file that declares the message and all that it builds on, those that others import first, as an
-/// encoded `google.protobuf.FileDescriptorSet`; `None` for a name that is not in the contract.
+/// encoded `google.protobuf.FileDescriptorSet` without comments; `None` for a name that is not in the contract.
 pub fn file_descriptor_set(full_name: &str) -> Option<Vec<u8>> {
     let declared = pool().get_message_by_name(full_name)?.parent_file();
     let mut files = Vec::new();
     collect_files(&declared, &mut files);
-    let file = files.iter().map(|it: &FileDescriptor| it.file_descriptor_proto().clone()).collect();
+    let without_comments =
+        |it: &FileDescriptor| FileDescriptorProto { source_code_info: None, ..it.file_descriptor_proto().clone() };
+    let file = files.iter().map(without_comments).collect();
     Some(FileDescriptorSet { file }.encode_to_vec())
 }
 

@@ -15,6 +15,9 @@ use axum::{Extension, Router};
 use kittiwake_proto::v1;
 use prost::Name;
 use tokio::sync::watch;
+use tower_http::CompressionLevel;
+use tower_http::compression::CompressionLayer;
+use tower_http::compression::predicate::{DefaultPredicate, NotForContentType, Predicate, SizeAbove};
 
 use crate::access::CurrentTokens;
 use crate::audit::Audit;
@@ -97,6 +100,9 @@ pub struct Api {
 const LARGE_BODIES: usize = 4;
 const LARGE_BODIES_PER_TOKEN: usize = 2;
 
+/// Bytes of the shortest answer that is compressed: a shorter one fits into one packet.
+const LEAST_COMPRESSED: u16 = 1024;
+
 /// Every route; event streams end when the sender of `closing` is dropped.
 pub fn router(api: Api, closing: watch::Receiver<()>) -> Router {
     let (config, simulation) = (&api.config, api.config.simulation);
@@ -120,7 +126,17 @@ pub fn router(api: Api, closing: watch::Receiver<()>) -> Router {
         .method_not_allowed_fallback(method_not_allowed)
         .layer(from_fn_with_state(site.clone(), within_limits))
         .layer(from_fn_with_state(site.clone(), within_memory))
+        .layer(compression())
         .with_state(site)
+}
+
+/// Texts are compressed for who takes that: a state is a tenth then, and the page a third. Events would wait in the compressor, and recordings are
+/// compressed already.
+fn compression() -> CompressionLayer<impl Predicate> {
+    let when = DefaultPredicate::new()
+        .and(SizeAbove::new(LEAST_COMPRESSED))
+        .and(NotForContentType::const_new(recording::download::MEDIA_TYPE));
+    CompressionLayer::new().quality(CompressionLevel::Fastest).compress_when(when)
 }
 
 fn add_to(routes: Routes) -> Routes {
@@ -285,5 +301,37 @@ async fn within_limits(State(site): State<Site>, request: Request, next: Next) -
     match tokio::time::timeout(config.request_timeout_s.seconds(), next.run(request)).await {
         Ok(response) => response,
         Err(_) => Problem::unavailable("the answer took too long").into_response(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use axum::body::to_bytes;
+    use axum::http::header::{ACCEPT_ENCODING, CONTENT_ENCODING};
+
+    use super::served::{Served, WATCHER};
+    use super::*;
+
+    #[tokio::test]
+    async fn texts_are_compressed_for_clients_that_take_that() {
+        let served = Served::new(&[]);
+        let check = async |path: &str, taken: Option<&str>, expected: Option<&str>| {
+            let mut request = Request::builder().uri(path);
+            if let Some(taken) = taken {
+                request = request.header(ACCEPT_ENCODING, taken);
+            }
+            let response = served.ask(request, WATCHER).await;
+            let encoding = response.headers().get(CONTENT_ENCODING).map(|it| it.to_str().unwrap().to_owned());
+            assert_eq!((response.status(), encoding.as_deref()), (StatusCode::OK, expected), "{path} {taken:?}");
+            response
+        };
+        let whole = check("/page/store.js", None, None).await;
+        let whole = to_bytes(whole.into_body(), usize::MAX).await.unwrap();
+        let small = check("/page/store.js", Some("gzip, br"), Some("gzip")).await;
+        let small = to_bytes(small.into_body(), usize::MAX).await.unwrap();
+        assert!(2 * small.len() < whole.len(), "{} of {}", small.len(), whole.len());
+        check("/page/store.js", Some("br"), None).await;
+        check("/api/v1/vehicles", Some("gzip"), None).await;
+        check("/api/v1/vehicles/uav1/events", Some("gzip"), None).await;
     }
 }

@@ -7,6 +7,7 @@ use std::time::Duration;
 use axum::Router;
 use axum::body::Body;
 use axum::http::Request;
+use axum::http::request::Builder;
 use axum::response::Response;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::Message;
@@ -74,7 +75,11 @@ impl Served {
     }
 
     pub(crate) async fn send(&self, method: &str, path: &str, who: &str) -> Response {
-        let request = Request::builder().method(method).uri(path).header("authorization", format!("bearer {who}"));
+        self.ask(Request::builder().method(method).uri(path), who).await
+    }
+
+    pub(crate) async fn ask(&self, request: Builder, who: &str) -> Response {
+        let request = request.header("authorization", format!("bearer {who}"));
         self.router.clone().oneshot(request.body(Body::empty()).unwrap()).await.unwrap()
     }
 

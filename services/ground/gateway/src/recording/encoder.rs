@@ -12,7 +12,7 @@ use kittiwake_proto::schema;
 use kittiwake_proto::topics::Topic;
 use mcap::records::MessageHeader;
 use mcap::write::{Metadata, NoSeek};
-use mcap::{McapResult, WriteOptions, Writer};
+use mcap::{Compression, McapResult, WriteOptions, Writer};
 
 use crate::recording::capture::RecordedMessage;
 
@@ -47,7 +47,8 @@ impl Encoder {
     /// Never for lack of space: it writes to memory.
     pub(crate) fn new(metadata: BTreeMap<String, String>) -> McapResult<Encoder> {
         let buffer = Buffer::default();
-        let options = WriteOptions::new().compression(None).chunk_size(Some(CHUNK)).disable_seeking(true);
+        let options =
+            WriteOptions::new().compression(Some(Compression::Zstd)).chunk_size(Some(CHUNK)).disable_seeking(true);
         let writer = options.library(concat!("kittiwake ", env!("CARGO_PKG_VERSION")));
         let mut encoder =
             Encoder { writer: writer.create(NoSeek::new(buffer.clone()))?, buffer, channels: BTreeMap::new() };

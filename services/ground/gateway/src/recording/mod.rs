@@ -22,7 +22,7 @@ use crate::recording::writer::Writer;
 
 pub(crate) mod capture;
 pub(crate) mod config;
-mod download;
+pub(crate) mod download;
 pub(crate) mod encoder;
 mod id;
 pub(crate) mod index;
