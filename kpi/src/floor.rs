@@ -205,7 +205,7 @@ impl Far {
             goal: Some(goal.into()),
             when_busy: v1::WhenBusy::Replace as i32,
             gave_up_skill_id: ended.skill_id,
-            takes_control: false,
+            ..Default::default()
         };
         let (call, request) = (CallId(self.count), Request::Skill(request));
         effects.push(Effect::Call { call, vehicle: None, trace: None, request, timeout: Duration::from_secs(1) });

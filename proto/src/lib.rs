@@ -11,7 +11,7 @@ pub mod topics;
 pub use prost::bytes::Bytes;
 
 /// The version of the exchange between the mission manager and the planner: see `PlanningBasis`. Either refuses another one.
-pub const PLANNING_PROTOCOL: u32 = 3;
+pub const PLANNING_PROTOCOL: u32 = 4;
 
 /// The messages, as compiled from the `.proto` files.
 #[allow(missing_docs, clippy::all)]

@@ -282,7 +282,7 @@ impl Simulation<'_> {
         let record = seen.clone();
         bus.tap(move |time, message| record.borrow_mut().take_in(time, message));
         let conduct = Rc::new(Cell::new(Conduct::default()));
-        if mission.objectives.iter().any(|it| !it.terms.tasks.is_empty()) {
+        if mission.objectives.iter().any(|it| !(it.terms.tasks.is_empty() && it.terms.along.is_empty())) {
             // An autopilot carries out its own.
             let has_own = vehicle.subscriptions().contains(&Topic::TaskOrder);
             let others = files.skills.all().iter().filter(|it| !has_own || it.payload_command.is_none());
@@ -629,6 +629,11 @@ impl Simulation<'_> {
         let line =
             |(at, it): &(Time, v1::DecisionRecord)| format!("{:7.2}  {:<11} {}", at.as_secs_f64(), it.topic, it.text);
         self.seen.borrow().decisions.iter().map(line).collect::<Vec<_>>().join("\n")
+    }
+
+    /// How tasks along flights have begun and ended, such as `camera begins` and `camera cancelled`.
+    pub fn tasks_along(&self) -> Vec<String> {
+        self.seen.borrow().along.clone()
     }
 
     /// The texts of the decisions about `topics`, in order.

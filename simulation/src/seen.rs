@@ -5,6 +5,7 @@ use std::time::Duration;
 use domain::contingency::{OPERATOR_ABORT, OPERATOR_LAND};
 use domain::fmu::Status;
 use domain::quantity::Fraction;
+use domain::skill::outcome_name;
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
@@ -55,6 +56,8 @@ pub(crate) struct Seen {
     start_ordered: bool,
     /// The flag of an order to land where the vehicle is.
     landing_ordered: Option<&'static str>,
+    /// How each task along a flight has begun and ended, in words.
+    pub(crate) along: Vec<String>,
     /// Commands to release the load.
     pub(crate) releases: usize,
     /// Where the vehicle is simulated.
@@ -65,12 +68,18 @@ pub(crate) struct Seen {
 }
 
 impl Seen {
+    /// Whether a task goes on along the present step.
+    pub(crate) fn has_task_along(&self) -> bool {
+        self.planner.steps.first().is_some_and(|it| !it.along.is_empty())
+    }
+
     /// Nothing yet of a vehicle with these files.
     pub(crate) fn of(files: &Files) -> Seen {
         let vehicle = &files.vehicle_sim;
         let reserve = files.aircraft.energy.budget(Fraction::ZERO).reserve;
         Seen {
             decisions: Vec::new(),
+            along: Vec::new(),
             report: None,
             aircraft: None,
             charge: None,
@@ -125,6 +134,17 @@ impl Seen {
                 self.manager.clone_from(it);
             }
             Message::MissionStatus(it) => self.planner.clone_from(it),
+            Message::SkillEvent(it) if !it.along.is_empty() => {
+                let how = match it.state() {
+                    v1::SkillState::Ended => outcome_name(it.outcome()),
+                    _ => "begins",
+                };
+                let line = format!("{} {how}", it.along);
+                // Each step reports it again.
+                if self.along.last() != Some(&line) {
+                    self.along.push(line);
+                }
+            }
             Message::PermissionLedger(it) => self.ledger.clone_from(it),
             Message::VehicleLandDetected(it) => {
                 if it.landed && !self.landed {

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use domain::declared_skill::{CANCELLED, DeclaredSkills};
 use domain::geometry::Ned;
-use domain::task::Task;
+use domain::task::{Stance, Task};
 use domain::time::{Now, Time};
 use domain::wire::task::task_of_order;
 use kittiwake_proto::topics::{Message, Topic};
@@ -71,9 +71,12 @@ impl SkillProcess {
     }
 
     fn takes(&self, task: &Task) -> Duration {
-        match self.conduct.get() {
-            Conduct::Endless => Duration::from_secs(1_000_000),
-            _ => Duration::from_secs_f64(self.skills.goal(task, Ned::default()).estimate_s),
+        let goal = self.skills.goal(task, Ned::default());
+        match (self.conduct.get(), goal.stance) {
+            (Conduct::Endless, _) => Duration::from_secs(1_000_000),
+            // It ends by an order.
+            (Conduct::Nominal, Stance::Flies) => Duration::from_secs_f64(goal.limit_s),
+            _ => Duration::from_secs_f64(goal.estimate_s),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::stories::support::{mission_file, simulation};
+use crate::stories::support::{config_with, mission_file, simulation, simulation_of};
 use control_tower::policy::Policy;
 use kittiwake_proto::v1::{MissionOutcome, MissionReport, ObjectiveState};
 use simulation::{Conduct, Memory, Simulation};
@@ -111,4 +111,147 @@ fn no_process_that_dies_during_a_task_ends_the_mission() {
         simulation.restart(process, Duration::from_secs(2), Memory::Restored);
         ends(&mut simulation, MissionOutcome::Success);
     }
+}
+
+/// A gas sensor that runs along a leg, and a meter that is read on the ground.
+const MORE: [(&str, &str); 2] = [
+    (
+        "sniff",
+        "version = 1\nsummary = \"Measures gas\"\nvehicle = \"flies\"\n\
+         invariant = \"position.distance_home_m < 300 m\"\noutcome = { done = \"success\", broken = \"failure\" }\n",
+    ),
+    (
+        "read_meter",
+        "version = 1\nsummary = \"Reads a meter\"\nvehicle = \"stands\"\nseconds = 20.0\nlimit_s = 60.0\n\
+         precondition = \"not vehicle.flying\"\noutcome = { read = \"success\", broken = \"failure\" }\n",
+    ),
+];
+
+/// A mission with the skills of [`MORE`], whose first objective has these lines; it ends at home.
+fn flight_with_more(name: &str, objective: &str) -> Simulation<'static> {
+    let config = config_with(name, &[]);
+    for (skill, text) in MORE {
+        std::fs::write(config.join(format!("skills/{skill}.toml")), text).unwrap();
+    }
+    let text = format!(
+        "name = \"more\"\n[[objective]]\nname = \"there\"\n{objective}\n\
+         [[objective]]\nname = \"home\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n"
+    );
+    simulation_of(&config, Some(&mission_file(name, &text)), Policy::Grant)
+}
+
+/// It measures all the way to a place so far to the east, and flies home.
+fn measures_to(name: &str, east_m: f64) -> Simulation<'static> {
+    let there = format!("north_m = 0\neast_m = {east_m:?}\nheight_m = 15\nflying = true");
+    let flight = flight_with_more(name, &format!("{there}\nalong = [{{ skill = \"sniff\" }}]"));
+    assert_eq!(flight.tasks_along(), [""; 0]);
+    flight
+}
+
+#[test]
+fn a_task_along_a_leg_begins_and_ends_with_its_flight() {
+    let mut simulation = measures_to("along", 200.0);
+    assert!(
+        simulation.fly_until("step 2 of 2: fly to (0, 200, 15) with sniff", LIMIT),
+        "{}",
+        simulation.decision_log()
+    );
+    simulation.pass(Duration::from_secs(5));
+    assert_eq!(simulation.tasks_along(), ["sniff begins"], "{}", simulation.decision_log());
+    ends(&mut simulation, MissionOutcome::Success);
+    assert_eq!(simulation.tasks_along(), ["sniff begins", "sniff cancelled"], "{}", simulation.decision_log());
+}
+
+/// No process hears anything between two lines.
+#[test]
+fn a_task_along_a_survey_goes_on_from_its_first_line_to_its_last() {
+    let survey = "survey = { corners_m = [[50, 0], [150, 0], [150, 60], [50, 60]], spacing_m = 20 }\n\
+                  height_m = 20\nflying = true\nalong = [{ skill = \"camera_by_distance\", every_m = 10.0 }]";
+    let mut simulation = flight_with_more("along_survey", survey);
+    ends(&mut simulation, MissionOutcome::Success);
+    let steps: Vec<String> = simulation.story(&["step"]).into_iter().filter(|it| it.contains("with camera")).collect();
+    assert_eq!(steps.len(), 5, "three lines and two ways between them: {steps:?}");
+    assert_eq!(simulation.tasks_along(), ["camera_by_distance begins", "camera_by_distance cancelled"]);
+}
+
+#[test]
+fn a_task_that_fails_along_a_leg_fails_the_objective_once_the_vehicle_is_there() {
+    #[track_caller]
+    fn check(name: &str, east_m: f64, conduct: Conduct, reason: &str) {
+        let mut simulation = measures_to(name, east_m);
+        assert!(simulation.fly_until("step 2 of 2: fly to", LIMIT), "{}", simulation.decision_log());
+        simulation.skills_conduct(if conduct == Conduct::Gone { Conduct::Nominal } else { conduct });
+        simulation.pass(Duration::from_secs(4));
+        simulation.skills_conduct(conduct);
+        let report = ends(&mut simulation, MissionOutcome::Failure);
+        let log = simulation.decision_log();
+        let [there, home] = report.objectives.as_slice() else { panic!("{report:?}") };
+        assert!(there.reason.contains(reason), "{}\n{log}", there.reason);
+        assert_eq!((home.state(), there.replans), (ObjectiveState::Success, 0), "{log}");
+        let steps = simulation.story(&["step"]);
+        assert!(steps.iter().any(|it| it.contains("the flight goes on")), "\n{log}");
+        assert!(steps.iter().any(|it| it == "step 2 succeeded"), "\n{log}");
+    }
+    check("along_gone", 200.0, Conduct::Gone, "the process of sniff has fallen silent");
+    check("along_deaf", 200.0, Conduct::Deaf, "the process of sniff does not answer");
+    check("along_fails", 200.0, Conduct::Fails, "sniff ended as `broken`");
+    check("along_leaves", 400.0, Conduct::Nominal, "sniff: invariant not met: `position.distance_home_m < 300 m`");
+}
+
+#[test]
+fn an_emergency_ends_a_task_along_a_leg_and_waits_for_nothing() {
+    let mut simulation = measures_to("along_interrupted", 250.0);
+    assert!(simulation.fly_until("step 2 of 2: fly to", LIMIT), "{}", simulation.decision_log());
+    simulation.pass(Duration::from_secs(8));
+    let east_m = |it: &Simulation<'_>| it.position().map_or(0.0, |it| it.east_m);
+    let reached_m = east_m(&simulation);
+    simulation.inject_flag("battery_low");
+    simulation.pass(Duration::from_secs(8));
+    assert_eq!(simulation.tasks_along(), ["sniff begins", "sniff cancelled"], "{}", simulation.decision_log());
+    assert!(east_m(&simulation) < reached_m + 10.0, "{}", simulation.decision_log());
+    ends(&mut simulation, MissionOutcome::Emergency);
+}
+
+#[test]
+fn no_process_that_dies_along_a_leg_ends_the_mission() {
+    for process in ["monitor", "planner", "mcm", "skill-manager"] {
+        let mut simulation = measures_to(&format!("along_{process}"), 250.0);
+        assert!(simulation.fly_until("step 2 of 2: fly to", LIMIT), "{}", simulation.decision_log());
+        simulation.pass(Duration::from_secs(8));
+        simulation.restart(process, Duration::from_secs(2), Memory::Restored);
+        ends(&mut simulation, MissionOutcome::Success);
+        assert_eq!(simulation.tasks_along().last().map(String::as_str), Some("sniff cancelled"), "{process}");
+    }
+}
+
+#[test]
+fn a_task_on_the_ground_comes_between_landing_and_takeoff() {
+    let ground = "north_m = 0\neast_m = 60\nheight_m = 0\nflying = false\ndo = [{ skill = \"read_meter\" }]";
+    let mut simulation = flight_with_more("ground", ground);
+    assert!(simulation.fly_until("step 4 of 4: read_meter", LIMIT), "{}", simulation.decision_log());
+    simulation.pass(Duration::from_secs(10));
+    assert!(simulation.is_on_ground(), "{}", simulation.decision_log());
+    ends(&mut simulation, MissionOutcome::Success);
+    let log = simulation.decision_log();
+    let done = simulation.story(&["step"]).into_iter().filter(|it| it.contains("read") || it.contains("takeoff"));
+    let expected = [
+        "step 1 of 4: takeoff by 10 m",
+        "step 4 of 4: read_meter at (0, 60, 0)",
+        "step 4 succeeded: read",
+        "step 1 of 3: takeoff by 10 m",
+    ];
+    assert_eq!(done.collect::<Vec<_>>(), expected, "\n{log}");
+}
+
+/// A flag that ends the mission on the ground, and a task that fails there.
+#[test]
+fn a_task_on_the_ground_is_interrupted_and_fails_like_any_other() {
+    let ground = "north_m = 0\neast_m = 60\nheight_m = 0\nflying = false\ndo = [{ skill = \"read_meter\" }]";
+    let mut simulation = flight_with_more("ground_fails", ground);
+    assert!(simulation.fly_until("step 4 of 4: read_meter", LIMIT), "{}", simulation.decision_log());
+    simulation.skills_conduct(Conduct::Gone);
+    simulation.pass(Duration::from_secs(30));
+    assert!(simulation.is_on_ground(), "{}", simulation.decision_log());
+    simulation.skills_conduct(Conduct::Nominal);
+    ends(&mut simulation, MissionOutcome::Success);
 }

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use bus::{Link, Scope, Stop};
 use domain::declared_skill::{CANCELLED, DeclaredSkill};
 use domain::geometry::Ned;
-use domain::task::{REPEAT, SILENT, Task, TaskGoal};
+use domain::task::{REPEAT, SILENT, Stance, Task, TaskGoal};
 use domain::time::Time;
 use domain::wire::task::values_to_wire;
 use kittiwake_proto::v1::{self, TaskState};
@@ -172,6 +172,13 @@ fn is_there(exam: &mut Exam<'_>) -> Seen {
 }
 
 fn does_a_task(exam: &mut Exam<'_>) -> Seen {
+    if exam.goal.stance == Stance::Flies {
+        // It ends with the leg, by an order.
+        let id = exam.running()?;
+        exam.cancel(&id);
+        let ended = exam.ended(&id, SILENT).map(|_| "it runs until the order to end".to_owned());
+        return ended.ok_or_else(|| "not ended by an order".to_owned());
+    }
     let id = exam.new_id();
     exam.order(&id);
     let limit = Duration::from_secs_f64(exam.goal.limit_s);

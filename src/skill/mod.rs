@@ -6,7 +6,9 @@ mod examiner;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
+use domain::aircraft::Aircraft;
 use domain::declared_skill::{BUILT_IN, DeclaredSkills};
+use domain::energy::Wind;
 use domain::file::did_you_mean;
 
 use crate::check_inputs;
@@ -62,8 +64,8 @@ fn read_input(text: &str) -> Result<(String, f64), String> {
 /// Does what the arguments say.
 pub fn skill(args: &SkillArgs) -> Outcome {
     match &args.command {
-        SkillCommand::List { config } => match read(config.clone()) {
-            Ok(skills) => list(&skills),
+        SkillCommand::List { config } => match check_inputs::read_or_tell(&Settings::of_file(config)) {
+            Ok(inputs) => list(&inputs.skills, &inputs.config.aircraft()),
             Err(outcome) => outcome,
         },
         SkillCommand::Test(args) => test(args),
@@ -74,17 +76,34 @@ fn read(config: PathBuf) -> Result<DeclaredSkills, Outcome> {
     check_inputs::read_or_tell(&Settings::of_file(&config)).map(|it| it.skills)
 }
 
-fn list(skills: &DeclaredSkills) -> Outcome {
-    for (name, summary) in BUILT_IN {
-        output::line(format_args!("{name:16} built in    {summary}"));
+fn list(skills: &DeclaredSkills, aircraft: &Aircraft) -> Outcome {
+    let width = skills.all().iter().map(|it| it.name.len()).max().unwrap_or_default().max(16);
+    for (name, summary, stance) in BUILT_IN {
+        output::line(format_args!("{name:width$} built in    {summary}"));
+        output::line(format_args!("{:1$} while the vehicle {stance}", "", width + 12));
+        output::line(format_args!("{:2$} {}", "", takes(name, aircraft), width + 12));
     }
     for skill in skills.all() {
-        output::line(format_args!("{:16} version {:3} {}", skill.name, skill.version, skill.summary));
+        output::line(format_args!("{:width$} version {:3} {}", skill.name, skill.version, skill.summary));
         for line in skill.in_words() {
-            output::line(format_args!("{:28} {line}", ""));
+            output::line(format_args!("{:1$} {line}", "", width + 12));
         }
     }
     Outcome::Success
+}
+
+/// What a skill that every vehicle has takes in still air, by the configuration.
+fn takes(name: &str, aircraft: &Aircraft) -> String {
+    let flight = &aircraft.flight;
+    let (over_ground_m_s, up_m_s) = match name {
+        "takeoff" => (0.0, flight.climb_m_s.get()),
+        "land" => (0.0, -flight.descent_m_s.get()),
+        "offboard" => (flight.cruise_m_s.get(), 0.0),
+        _ => (0.0, 0.0),
+    };
+    let power = format!("{:.0} W in all", aircraft.energy.flight_w((over_ground_m_s, 0.0), up_m_s, Wind::CALM));
+    let speed_m_s = over_ground_m_s.max(up_m_s.abs());
+    if speed_m_s == 0.0 { power } else { format!("{:.2} s for each metre; {power}", 1.0 / speed_m_s) }
 }
 
 fn test(args: &TestArgs) -> Outcome {
@@ -106,7 +125,7 @@ fn test(args: &TestArgs) -> Outcome {
         return Outcome::BadInput;
     };
     let task = skill.example(&args.inputs);
-    if let Some((message, help)) = skills.misfit(&task) {
+    if let Some((message, help)) = skills.misfit(&task, skill.stance) {
         output::error_line(format_args!("{message}\n  help: {help}"));
         return Outcome::BadInput;
     }

@@ -19,7 +19,7 @@ use crate::geometry::Ned;
 use crate::mission::Objective;
 use crate::payload_command::{PAYLOAD_COMMANDS, Param, PayloadCommand};
 use crate::quantity::{Number, Positive};
-use crate::task::{Task, TaskGoal};
+use crate::task::{Stance, Task, TaskGoal};
 
 /// Most seconds that another skill waits for an interrupted one: an emergency cannot wait longer. (ENG)
 const LONGEST_INTERRUPT_S: f64 = 10.0;
@@ -30,6 +30,8 @@ const MOST_PARAMS: usize = 7;
 /// Most tasks at one place.
 pub const MOST_TASKS: usize = 50;
 const LONGEST_NAME: usize = 40;
+/// A task along a leg has failed if it runs for longer, in seconds: no flight takes a day.
+const LONGEST_LEG_S: f64 = 86_400.0;
 
 /// All declared skills, in the order of their names.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -50,6 +52,8 @@ pub struct DeclaredSkill {
     pub invariant: Option<Expression>,
     /// Must hold once it has succeeded.
     pub postcondition: Option<Expression>,
+    /// What the vehicle does meanwhile.
+    pub stance: Stance,
     inputs: Vec<Input>,
     seconds: f64,
     power_w: f64,
@@ -82,13 +86,15 @@ struct File {
     precondition: Option<Spanned<String>>,
     invariant: Option<Spanned<String>>,
     postcondition: Option<Spanned<String>>,
+    #[serde(default)]
+    vehicle: Stance,
     /// Besides what the inputs take.
-    seconds: Number<0, 86_400>,
+    seconds: Option<Spanned<Number<0, 86_400>>>,
     #[serde(default)]
     power_w: Option<Number<0, 86_400>>,
-    limit_s: Spanned<Positive>,
+    limit_s: Option<Spanned<Positive>>,
     interrupt_s: Option<Spanned<Number<0, 86_400>>>,
-    tries: Option<Number<1, 20>>,
+    tries: Option<Spanned<Number<1, 20>>>,
     #[serde(default)]
     input: BTreeMap<Spanned<String>, InputEntry>,
     outcome: Spanned<BTreeMap<Spanned<String>, Meaning>>,
@@ -116,7 +122,7 @@ struct InputEntry {
     least: Spanned<f64>,
     most: Spanned<f64>,
     usual: Option<Spanned<f64>>,
-    seconds_per_unit: Option<Number<0, 86_400>>,
+    seconds_per_unit: Option<Spanned<Number<0, 86_400>>>,
 }
 
 /// What an outcome means for the objective.
@@ -185,6 +191,7 @@ impl DeclaredSkills {
         self.get(&task.skill).map_or_else(
             || TaskGoal {
                 over,
+                stance: Stance::default(),
                 task: task.clone(),
                 estimate_s: 0.0,
                 power_w: 0.0,
@@ -199,19 +206,22 @@ impl DeclaredSkills {
     /// The same for each task of a mission, the first that cannot be done with its objective.
     pub fn misfit_in<'a>(&self, objectives: impl IntoIterator<Item = &'a Objective>) -> Option<String> {
         objectives.into_iter().find_map(|objective| {
-            let (message, help) = objective.terms.tasks.iter().find_map(|it| self.misfit(it))?;
+            let terms = &objective.terms;
+            let tasks = terms.tasks.iter().map(|it| (it, Stance::at_place(objective.flying)));
+            let tasks = tasks.chain(terms.along.iter().map(|it| (it, Stance::Flies)));
+            let (message, help) = tasks.into_iter().find_map(|(it, stance)| self.misfit(it, stance))?;
             let help = if help.is_empty() { help } else { format!(": {help}") };
             Some(format!("objective `{}`: {message}{help}", objective.name))
         })
     }
 
-    /// Why a task cannot be done by any of these, and how to mend that; `None` if it can.
-    pub fn misfit(&self, task: &Task) -> Option<(String, String)> {
+    /// Why a task cannot be done by any of these while the vehicle does that, and how to mend that; `None` if it can.
+    pub fn misfit(&self, task: &Task, stance: Stance) -> Option<(String, String)> {
         let Some(skill) = self.get(&task.skill) else {
             let names: Vec<&str> = self.0.iter().map(|it| it.name.as_str()).collect();
             return Some((format!("there is no declared skill `{}`", task.skill), did_you_mean(&task.skill, &names)));
         };
-        skill.misfit(task)
+        skill.misfit(task, stance)
     }
 }
 
@@ -229,7 +239,10 @@ impl DeclaredSkill {
         }
         let inputs: Vec<Input> = file.input.iter().map(|(name, it)| check.input(name, it)).collect();
         let payload_command = file.mavlink.as_ref().map(|it| check.payload_command(it, &inputs));
-        let (limit_s, interrupt_s) = (file.limit_s.as_ref().get(), check.interrupt(file.interrupt_s.as_ref()));
+        let stance = file.vehicle;
+        check.times(&file);
+        let limit_s = file.limit_s.as_ref().map_or(LONGEST_LEG_S, |it| it.as_ref().get());
+        let interrupt_s = check.interrupt(file.interrupt_s.as_ref());
         let outcomes = |wanted: Meaning| {
             let those = file.outcome.as_ref().iter().filter(move |(_, meaning)| **meaning == wanted);
             those.map(|(name, _)| name.as_ref().clone()).collect::<Vec<_>>()
@@ -250,35 +263,37 @@ impl DeclaredSkill {
             precondition: check.condition(file.precondition.as_ref()),
             invariant: check.condition(file.invariant.as_ref()),
             postcondition: check.condition(file.postcondition.as_ref()),
+            stance,
             inputs,
-            seconds: file.seconds.get(),
+            seconds: file.seconds.as_ref().map_or(0.0, |it| it.as_ref().get()),
             power_w: file.power_w.map_or(0.0, Number::get),
             limit_s,
             interrupt_s,
-            tries: file.tries.map_or(1, |it| it.get() as u32),
+            tries: file.tries.as_ref().map_or(1, |it| it.as_ref().get() as u32),
             succeeds_as,
             fails_as: outcomes(Meaning::Failure),
             payload_command,
         };
         let longest_s = skill.estimate_s(|it| it.most);
-        if limit_s < longest_s {
+        if let Some(limit) = file.limit_s.as_ref().filter(|_| limit_s < longest_s) {
             let message = format!("`limit_s` is {limit_s}, and the skill takes up to {longest_s} s");
-            check.say(
-                Some(file.limit_s.span()),
-                message,
-                "raise it: a skill that is as slow as declared has not failed",
-            );
+            check.say(Some(limit.span()), message, "raise it: a skill that is as slow as declared has not failed");
         }
         match (skill.usable_at_m(), &skill.postcondition) {
             (None, _) => {
                 let span = file.precondition.as_ref().or(file.invariant.as_ref()).map(Spanned::span);
-                check.say(
-                    span,
-                    "precondition and invariant hold at no height at which a vehicle hovers",
-                    "tried at 3 to 80 m, while all is well",
-                );
+                let (message, help) = match stance {
+                    Stance::Stands => {
+                        ("precondition and invariant do not hold while a vehicle stands on the ground".to_owned(), "")
+                    }
+                    Stance::Hovers | Stance::Flies => (
+                        format!("precondition and invariant hold at no height at which a vehicle {stance}"),
+                        "tried at 3 to 80 m, while all is well",
+                    ),
+                };
+                check.say(span, message, help);
             }
-            (Some(height_m), Some(it)) if it.verdict(&hovering(height_m)) == Verdict::DoesNotHold => {
+            (Some(height_m), Some(it)) if it.verdict(&usual(stance, height_m)) == Verdict::DoesNotHold => {
                 let message =
                     format!("the postcondition does not hold where the skill is used, such as at {height_m} m");
                 check.say(file.postcondition.as_ref().map(Spanned::span), message, "no task could succeed");
@@ -288,8 +303,18 @@ impl DeclaredSkill {
         check.mistakes.or(skill)
     }
 
-    /// Why it cannot do this task, and how to mend that; `None` if it can.
-    fn misfit(&self, task: &Task) -> Option<(String, String)> {
+    /// Why it cannot do this task while the vehicle does that, and how to mend that; `None` if it can.
+    fn misfit(&self, task: &Task, stance: Stance) -> Option<(String, String)> {
+        if stance != self.stance {
+            let help = match self.stance {
+                Stance::Hovers => "name it in `do` of an objective with `flying = true`",
+                Stance::Flies => "name it in `along`",
+                Stance::Stands => "name it in `do` of an objective with `flying = false`",
+            };
+            let message =
+                format!("skill `{}` is used while the vehicle {}, not while it {stance}", self.name, self.stance);
+            return Some((message, help.to_owned()));
+        }
         let (skill, names) = (&self.name, self.inputs.iter().map(|it| it.name.as_str()).collect::<Vec<_>>());
         if let Some((name, _)) = task.inputs.iter().find(|(name, _)| !names.contains(&name.as_str())) {
             return Some((format!("skill `{skill}` has no input `{name}`"), did_you_mean(name, &names)));
@@ -313,6 +338,7 @@ impl DeclaredSkill {
         let value = |it: &Input| Some((it.name.clone(), it.of(task)?));
         TaskGoal {
             over,
+            stance: self.stance,
             task: Task { skill: self.name.clone(), inputs: self.inputs.iter().filter_map(value).collect() },
             estimate_s: self.estimate_s(|it| it.of(task).unwrap_or(it.most)),
             power_w: self.power_w,
@@ -322,14 +348,17 @@ impl DeclaredSkill {
         }
     }
 
-    /// The first of some heights at which it can be used while all is well and the vehicle hovers, in metres.
+    /// The first of some heights at which it can be used while all is well, in metres.
     pub fn usable_at_m(&self) -> Option<f64> {
         let conditions = [&self.precondition, &self.invariant];
         let holds = |height_m: &f64| {
-            let hovers = hovering(*height_m);
-            conditions.into_iter().flatten().all(|it| it.verdict(&hovers) != Verdict::DoesNotHold)
+            let usual = usual(self.stance, *height_m);
+            conditions.into_iter().flatten().all(|it| it.verdict(&usual) != Verdict::DoesNotHold)
         };
-        HEIGHTS_M.into_iter().find(holds)
+        match self.stance {
+            Stance::Stands => Some(0.0).filter(holds),
+            Stance::Hovers | Stance::Flies => HEIGHTS_M.into_iter().find(holds),
+        }
     }
 
     /// A task with these inputs, for the others their usual value or the least one.
@@ -342,7 +371,7 @@ impl DeclaredSkill {
 
     /// What it takes, in words, a line for each thing.
     pub fn in_words(&self) -> Vec<String> {
-        let inputs = self.inputs.iter().map(|it| format!("{} from {} to {}", it.name, it.least, it.most));
+        let inputs = self.inputs.iter().map(Input::in_words);
         let conditions = [
             ("begins if", &self.precondition),
             ("goes on while", &self.invariant),
@@ -352,12 +381,17 @@ impl DeclaredSkill {
             conditions.into_iter().filter_map(|(when, it)| Some(format!("{when} {}", it.as_ref()?.text())));
         let outcomes =
             self.outcomes().map(|(name, success)| format!("{name} ({})", if success { "success" } else { "failure" }));
-        let limits = format!(
-            "takes {} s and more, at most {} s; an interruption up to {} s",
-            self.seconds, self.limit_s, self.interrupt_s
-        );
+        let power = if self.power_w == 0.0 { String::new() } else { format!("; {} W", self.power_w) };
+        let limits = match self.stance {
+            Stance::Flies => format!("lasts as long as the leg{power}"),
+            Stance::Hovers | Stance::Stands => format!(
+                "takes {} s and more, at most {} s; an interruption up to {} s{power}",
+                self.seconds, self.limit_s, self.interrupt_s
+            ),
+        };
+        let stance = format!("while the vehicle {}", self.stance);
         let ends = format!("ends as {}", outcomes.collect::<Vec<_>>().join(", "));
-        inputs.chain(conditions).chain([limits, ends]).collect()
+        std::iter::once(stance).chain(inputs).chain(conditions).chain([limits, ends]).collect()
     }
 
     /// Each of its outcomes, and whether it is a success.
@@ -375,16 +409,33 @@ impl Input {
         let given = task.inputs.iter().find(|(name, _)| *name == self.name);
         given.map(|(_, value)| *value).or(self.usual)
     }
+
+    /// `length_m from 2 to 30, usually 5; 2 s for each`
+    fn in_words(&self) -> String {
+        let usual = self.usual.map(|it| format!(", usually {it}")).unwrap_or_default();
+        let Input { name, least, most, seconds_per_unit, .. } = self;
+        let seconds = if *seconds_per_unit == 0.0 { String::new() } else { format!("; {seconds_per_unit} s for each") };
+        format!("{name} from {least} to {most}{usual}{seconds}")
+    }
 }
 
-/// What conditions read while all is well and the vehicle hovers at this height.
-fn hovering(height_m: f64) -> Snapshot {
-    let mut hovers = well(true);
-    hovers.set(Field::Height, Some(height_m));
-    hovers.set(Field::GroundSpeed, Some(0.0));
-    hovers.set_choice(Field::Mode, "loiter");
-    hovers.set_choice(Field::IntendedMode, "loiter");
-    hovers
+/// What conditions read while all is well and the vehicle does this at this height.
+fn usual(stance: Stance, height_m: f64) -> Snapshot {
+    let mut usual = well(stance != Stance::Stands);
+    usual.set(Field::Height, Some(height_m));
+    match stance {
+        Stance::Hovers => {
+            usual.set(Field::GroundSpeed, Some(0.0));
+            usual.set_choice(Field::Mode, "loiter");
+            usual.set_choice(Field::IntendedMode, "loiter");
+        }
+        Stance::Flies => {}
+        // After a landing an autopilot disarms some time, and its mode means nothing.
+        Stance::Stands => {
+            [Field::Armed, Field::Mode, Field::IntendedMode].into_iter().for_each(|it| usual.set(it, None));
+        }
+    }
+    usual
 }
 
 /// The outcome of a task that was ended by an order: no declaration has it.
@@ -395,18 +446,18 @@ pub(crate) const NAMES: &str =
 
 /// The outcomes of tasks that did not end by themselves: no declaration has them.
 const RESERVED: [&str; 4] = [CANCELLED, "error", "refused", "unanswered"];
-/// The skills that every vehicle has, each with a sentence for people.
-pub const BUILT_IN: [(&str, &str); 5] = [
-    ("takeoff", "Arms if necessary and climbs straight up"),
-    ("land", "Lands where the vehicle is"),
-    ("stop", "Comes to rest and hovers"),
-    ("offboard", "Flies straight to a place by setpoints, or at a velocity"),
-    ("release", "Opens the gripper, hovering over a place (`drop = true`)"),
+/// The skills that every vehicle has, each with a sentence for people and what the vehicle does meanwhile.
+pub const BUILT_IN: [(&str, &str, Stance); 5] = [
+    ("takeoff", "Arms if necessary and climbs straight up", Stance::Flies),
+    ("land", "Lands where the vehicle is", Stance::Flies),
+    ("stop", "Comes to rest and hovers", Stance::Hovers),
+    ("offboard", "Flies straight to a place by setpoints, or at a velocity", Stance::Flies),
+    ("release", "Opens the gripper, hovering over a place (`drop = true`)", Stance::Hovers),
 ];
 
 fn is_built_in(name: &str) -> bool {
     // The kind of all declared skills is `task`.
-    name == "task" || BUILT_IN.iter().any(|(it, _)| *it == name)
+    name == "task" || BUILT_IN.iter().any(|(it, ..)| *it == name)
 }
 
 pub(crate) fn is_name(name: &str) -> bool {
@@ -440,8 +491,34 @@ impl Check<'_> {
         if let Some(entry) = it.usual.as_ref().filter(|it| !(least..=most).contains(it.as_ref())) {
             self.say(Some(entry.span()), format!("`usual` is {}, expected {least} to {most}", entry.as_ref()), "");
         }
-        let seconds_per_unit = it.seconds_per_unit.map_or(0.0, Number::get);
+        let seconds_per_unit = it.seconds_per_unit.as_ref().map_or(0.0, |it| it.as_ref().get());
         Input { name: name.as_ref().clone(), least, most, usual, seconds_per_unit }
+    }
+
+    /// A task along a leg lasts as long as that, nothing waits for its end, and the leg is flown once.
+    fn times(&mut self, file: &File) {
+        if file.vehicle == Stance::Flies {
+            let of_input = file.input.values().find_map(|it| it.seconds_per_unit.as_ref()).map(Spanned::span);
+            let keys = [
+                ("seconds", file.seconds.as_ref().map(Spanned::span)),
+                ("limit_s", file.limit_s.as_ref().map(Spanned::span)),
+                ("interrupt_s", file.interrupt_s.as_ref().map(Spanned::span)),
+                ("tries", file.tries.as_ref().map(Spanned::span)),
+                ("postcondition", file.postcondition.as_ref().map(Spanned::span)),
+                ("seconds_per_unit", of_input),
+            ];
+            for (key, span) in keys.into_iter().filter_map(|(key, span)| Some((key, span?))) {
+                let message = format!("`{key}` is given, and the skill is used while the vehicle flies");
+                self.say(Some(span), message, "take it out: the task begins and ends with the leg");
+            }
+            return;
+        }
+        for (key, is_given) in [("seconds", file.seconds.is_some()), ("limit_s", file.limit_s.is_some())] {
+            if !is_given {
+                let message = format!("`{key}` is missing: the skill is used while the vehicle {}", file.vehicle);
+                self.say(None, message, "only `vehicle = \"flies\"` does without it");
+            }
+        }
     }
 
     fn interrupt(&mut self, it: Option<&Spanned<Number<0, 86_400>>>) -> f64 {
@@ -553,7 +630,7 @@ params = [1, "length_m"]
         fn check(skill: &str, inputs: &[(&str, f64)], expected: Option<&str>) {
             let inputs = inputs.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
             let declared = DeclaredSkills::of(vec![read(GOOD).unwrap()]);
-            let found = declared.misfit(&Task { skill: skill.into(), inputs });
+            let found = declared.misfit(&Task { skill: skill.into(), inputs }, Stance::Hovers);
             assert_eq!(found.map(|(message, _)| message).as_deref(), expected);
         }
         check("winch_down", &[("length_m", 12.0)], None);
@@ -590,5 +667,32 @@ params = [1, "length_m"]
         check("length_m]\nleast", "skill]\nleast", "m.toml:10:8: `skill` cannot name an input");
         check("version = 1", "version = 0", "m.toml:2:11: ");
         check("snagged", "cancelled", "m.toml:16:1: `cancelled` cannot name an outcome");
+        check("version = 1", "version = 1\nvehicle = \"swims\"", "m.toml:3:11: unknown variant `swims`");
+        check("limit_s = 60.0\n", "", "m.toml: `limit_s` is missing: the skill is used while the vehicle hovers");
+        let stands = "version = 1\nvehicle = \"stands\"";
+        check("version = 1", stands, "m.toml:5:16: precondition and invariant do not hold while a vehicle stands");
+    }
+
+    #[test]
+    fn a_skill_along_a_leg_takes_as_long_as_that() {
+        #[track_caller]
+        fn check(more: &str, expected: &str) {
+            let flies = "version = 1\nsummary = \"Films\"\nvehicle = \"flies\"\noutcome = { done = \"success\" }\n";
+            check_mistake(flies, "version = 1\n", &format!("version = 1\n{more}\n"), read, expected);
+        }
+        for (key, value) in [
+            ("seconds", "2.0"),
+            ("limit_s", "60.0"),
+            ("interrupt_s", "5.0"),
+            ("tries", "2"),
+            ("postcondition", "\"vehicle.flying\""),
+        ] {
+            let message = format!("`{key}` is given, and the skill is used while the vehicle flies");
+            check(&format!("{key} = {value}"), &format!("winch_down.toml:2:{}: {message}", key.len() + 4));
+        }
+        check(
+            "invariant = \"position.height_m < 2 m\"",
+            "winch_down.toml:2:13: precondition and invariant hold at no height",
+        );
     }
 }

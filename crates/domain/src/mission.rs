@@ -89,6 +89,8 @@ pub struct ObjectiveStatus {
     pub release: ReleaseProgress,
     /// How many of its tasks are done.
     pub tasks_done: usize,
+    /// Why a task along its leg has failed, if one has: the flight goes on, and the objective fails at its end.
+    pub along_failure: Option<String>,
 }
 
 impl ObjectiveStatus {
@@ -102,6 +104,7 @@ impl ObjectiveStatus {
             permissions: Vec::new(),
             release: ReleaseProgress::NotPlanned,
             tasks_done: 0,
+            along_failure: None,
         }
     }
 }
@@ -458,6 +461,8 @@ struct ObjectiveEntry {
     actions: Vec<Spanned<String>>,
     #[serde(default, rename = "do")]
     tasks: Vec<Spanned<terms::TaskEntry>>,
+    #[serde(default)]
+    along: Vec<Spanned<terms::TaskEntry>>,
 }
 
 #[derive(Deserialize)]

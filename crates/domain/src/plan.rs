@@ -1,6 +1,7 @@
 //! Plans, and the questions and answers of the mission manager and the planner about them.
 
 use std::fmt;
+use std::sync::Arc;
 use std::time::Duration;
 
 use kittiwake_proto::{Bytes, v1};
@@ -16,6 +17,7 @@ use crate::mission::{Mission, MissionAreas, ObjectiveStatus, Progress};
 use crate::site::Site;
 use crate::skill::Goal;
 use crate::state::State;
+use crate::task::TaskGoal;
 use crate::time::Now;
 
 /// Names a step; unique among the steps of all plans of a mission.
@@ -73,6 +75,8 @@ pub struct Step {
     pub auxiliary: bool,
     /// How many turns of the objective's survey have been passed once it is flown; 0 where it reaches none.
     pub passed: u32,
+    /// Tasks that go on while it is flown, each of another skill.
+    pub along: Vec<Arc<TaskGoal>>,
     /// What it does, in words.
     pub text: String,
 }
@@ -173,6 +177,8 @@ pub struct FlownStep {
     pub state: State,
     /// When.
     pub at: Now,
+    /// Why a task along it has failed, if one has.
+    pub along_failure: Option<String>,
 }
 
 /// All that an answer of the planner depends on, beside what is asked.

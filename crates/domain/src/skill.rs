@@ -7,7 +7,7 @@ use kittiwake_proto::v1;
 
 use crate::fmu::FlightMode;
 use crate::geometry::{Ned, NedVelocity};
-use crate::task::TaskGoal;
+use crate::task::{Stance, TaskGoal};
 
 /// Which skill flies a goal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -22,7 +22,7 @@ pub enum SkillKind {
     Offboard,
     /// Open the gripper over a place.
     Release,
-    /// Hover while a process of its own carries out a declared skill.
+    /// Hover or stand while a process of its own carries out a declared skill.
     Task,
 }
 
@@ -83,6 +83,8 @@ pub struct SkillEvent {
     pub landed_timestamp_us: u64,
     /// It was pre-empted by a pilot or another ground station, not by the autopilot itself.
     pub flown_by_other: bool,
+    /// The skill of a task along a flight, whose request id this is then; empty for every other skill.
+    pub along: String,
 }
 
 /// What a skill is asked to do.
@@ -122,7 +124,7 @@ pub enum Goal {
         /// Over which place.
         over: Ned,
     },
-    /// Hover while a process of its own carries out a declared skill.
+    /// Hover or stand while a process of its own carries out a declared skill.
     Task(Arc<TaskGoal>),
 }
 
@@ -192,7 +194,10 @@ impl std::fmt::Display for Goal {
             Goal::Position { target, .. } => write!(f, "fly to {target}"),
             Goal::Velocity { .. } => f.write_str("fly at a velocity"),
             Goal::Release { over } => write!(f, "release the load over {over}"),
-            Goal::Task(it) => write!(f, "{} over {}", it.task, it.over),
+            Goal::Task(it) => {
+                let word = if it.stance == Stance::Stands { "at" } else { "over" };
+                write!(f, "{} {word} {}", it.task, it.over)
+            }
         }
     }
 }

@@ -1,7 +1,9 @@
-//! Tasks: uses of declared skills, which processes of their own carry out while the vehicle hovers.
+//! Tasks: uses of declared skills, which processes of their own carry out while the vehicle hovers, flies or stands.
 
 use std::fmt;
 use std::time::Duration;
+
+use serde::Deserialize;
 
 use crate::geometry::Ned;
 
@@ -9,6 +11,37 @@ use crate::geometry::Ned;
 pub const SILENT: Duration = Duration::from_secs(3);
 /// An order is repeated after this much wall time until a report names it. (ENG)
 pub const REPEAT: Duration = Duration::from_millis(500);
+
+/// What the vehicle does while a declared skill is under way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stance {
+    /// It hovers over a place.
+    #[default]
+    Hovers,
+    /// It flies a leg: the task begins and ends with that.
+    Flies,
+    /// It stands where it has landed.
+    Stands,
+}
+
+impl Stance {
+    /// At an objective, which is reached in flight or on the ground.
+    pub fn at_place(flying: bool) -> Stance {
+        if flying { Stance::Hovers } else { Stance::Stands }
+    }
+}
+
+/// As users read it: the vehicle ..
+impl fmt::Display for Stance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Stance::Hovers => "hovers",
+            Stance::Flies => "flies",
+            Stance::Stands => "stands",
+        })
+    }
+}
 
 /// One use of a declared skill, as a mission asks for it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -33,13 +66,15 @@ impl fmt::Display for Task {
 /// What the skill manager is asked for: a task with what its declaration says about it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TaskGoal {
-    /// The place over which the vehicle hovers meanwhile.
+    /// The place over which the vehicle hovers meanwhile, at which it stands, or to which the leg leads.
     pub over: Ned,
+    /// What the vehicle does meanwhile.
+    pub stance: Stance,
     /// What is to be done.
     pub task: Task,
-    /// How long that takes, in mission seconds. Planned with, and not enforced.
+    /// How long that takes, in mission seconds; 0 along a leg, which it lasts as long as. Planned with, and not enforced.
     pub estimate_s: f64,
-    /// The power it takes besides hovering, in W. Planned with, and not enforced.
+    /// The power it takes besides that of the vehicle, in W. Planned with, and not enforced.
     pub power_w: f64,
     /// It has failed if it has not ended after this many mission seconds.
     pub limit_s: f64,

@@ -59,6 +59,8 @@ pub(crate) struct TermsEntry {
     actions: Vec<String>,
     #[serde(rename = "do", skip_serializing_if = "Vec::is_empty")]
     tasks: Vec<serde_json::Value>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    along: Vec<serde_json::Value>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -81,6 +83,7 @@ impl From<&Terms> for TermsEntry {
             drop: terms.drop.then_some(true),
             actions: terms.actions.clone(),
             tasks: terms.tasks.iter().map(task_entry).collect(),
+            along: terms.along.iter().map(task_entry).collect(),
         }
     }
 }

@@ -11,8 +11,8 @@ use crate::findings::Wrong;
 use crate::json::Node;
 
 /// Their names.
-pub(crate) const PROPERTIES: [&str; 9] =
-    ["optional", "worth", "after", "reach_within_s", "reach_by_utc", "dwell_s", "drop", "actions", "do"];
+pub(crate) const PROPERTIES: [&str; 10] =
+    ["optional", "worth", "after", "reach_within_s", "reach_by_utc", "dwell_s", "drop", "actions", "do", "along"];
 
 /// As they stand in `properties`. Whether they make sense together is asked of the mission file that they become part of.
 pub(crate) fn read(properties: &Node<'_>) -> Result<Terms, Wrong> {
@@ -35,6 +35,7 @@ pub(crate) fn read(properties: &Node<'_>) -> Result<Terms, Wrong> {
         drop: properties.get("drop").map(|it| it.boolean()).transpose()?.unwrap_or_default(),
         actions: texts("actions")?,
         tasks: properties.list("do")?.iter().map(task).collect::<Result<_, _>>()?,
+        along: properties.list("along")?.iter().map(task).collect::<Result<_, _>>()?,
     })
 }
 
@@ -87,5 +88,8 @@ pub(crate) fn write(terms: &Terms, properties: &mut Map<String, Value>) {
     }
     if !terms.tasks.is_empty() {
         add("do", terms.tasks.iter().map(task_entry).collect());
+    }
+    if !terms.along.is_empty() {
+        add("along", terms.along.iter().map(task_entry).collect());
     }
 }

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use control_tower::policy::Policy;
 use domain::declared_skill::{DeclaredSkill, DeclaredSkills};
+use domain::task::Stance;
 use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, MissionPhase, SkillKind};
 
@@ -25,13 +26,15 @@ const HOP: &str = "name = \"hop\"
 /// A task of a declared skill, and back.
 fn task_mission(skill: &DeclaredSkill) -> String {
     let inputs = skill.example(&[]).inputs.into_iter().map(|(name, value)| format!(", {name} = {value:?}"));
+    let (key, east_m) = if skill.stance == Stance::Flies { ("along", 130) } else { ("do", 40) };
     format!(
         "name = \"task\"
-        [[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 40\nheight_m = {:?}\nflying = true
-        do = [{{ skill = \"{}\"{} }}]
+        [[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = {east_m}\nheight_m = {:?}\nflying = {}
+        {key} = [{{ skill = \"{}\"{} }}]
         [[objective]]\nname = \"back\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n",
         // One that could be used nowhere was not read.
         skill.usable_at_m().unwrap_or_default(),
+        skill.stance != Stance::Stands,
         skill.name,
         inputs.collect::<String>()
     )
@@ -170,7 +173,10 @@ impl Stage {
             Stage::Transition => seen.manager.in_transition && 5.0 < height_m,
             Stage::Landing => skill == SkillKind::Land && HILL_M + 3.0 < height_m,
             Stage::AfterEnd => seen.report.is_some() && seen.is_on_ground(),
-            Stage::Task(..) => skill == SkillKind::Task,
+            Stage::Task(..) => {
+                let flies = skill == SkillKind::Offboard && 5.0 < east_m && !seen.manager.in_transition;
+                skill == SkillKind::Task || (flies && seen.has_task_along())
+            }
         }
     }
 }

@@ -11,7 +11,7 @@ use super::bounds::LONGEST_ACTION;
 use super::{Checker, ObjectiveEntry};
 use crate::declared_skill::{MOST_TASKS, NAMES, is_name};
 use crate::file::did_you_mean;
-use crate::task::Task;
+use crate::task::{Stance, Task};
 
 /// `{ skill = "winch_down", length_m = 12.0 }`
 #[derive(Deserialize)]
@@ -56,8 +56,10 @@ pub struct Terms {
     /// Commands to the payload at this place, or during this survey: each a name and its numbers. They are kept, and nothing
     /// flies them yet.
     pub actions: Vec<String>,
-    /// Declared skills that are used there, in flight, after a drop and before the stay.
+    /// Declared skills that are used there, after a drop and before the stay.
     pub tasks: Vec<Task>,
+    /// Those that are used on the leg there, or along the lines of the survey.
+    pub along: Vec<Task>,
 }
 
 /// Most seconds of a stay, and of a time limit; a longer one is a typing mistake.
@@ -105,23 +107,14 @@ impl Checker<'_> {
                 self.say(Some(action.span()), message, &help);
             }
         }
-        if let Some(first) = it.tasks.first().filter(|_| !it.flying) {
-            let message = format!("objective `{}` is on the ground, and skills are used in flight", it.name.as_ref());
-            self.say(Some(first.span()), message, "set `flying = true` and a height, or take `do` out");
-        }
-        for task in &it.tasks {
-            let mut names = [&task.as_ref().skill].into_iter().chain(task.as_ref().inputs.keys());
-            if let Some(name) = names.find(|it| !is_name(it)) {
-                self.say(Some(task.span()), format!("{name:?} cannot name a skill or an input"), NAMES);
-                continue;
+        let stance = Stance::at_place(it.flying);
+        let (tasks, along) = (self.tasks(&it.tasks, stance, it), self.tasks(&it.along, Stance::Flies, it));
+        for (index, task) in it.along.iter().enumerate() {
+            let name = &task.as_ref().skill;
+            if it.along[..index].iter().any(|before| before.as_ref().skill == *name) {
+                let message = format!("`along` names skill `{name}` twice");
+                self.say(Some(task.span()), message, "take one of them out: a process does one thing at a time");
             }
-            if let Some((message, help)) = self.skills.and_then(|it| it.misfit(&task.as_ref().task())) {
-                self.say(Some(task.span()), message, &help);
-            }
-        }
-        if let Some(task) = it.tasks.get(MOST_TASKS) {
-            let message = format!("objective `{}` does more than {MOST_TASKS} things", it.name.as_ref());
-            self.say(Some(task.span()), message, "spread them over several objectives");
         }
         // What is out of range was reported.
         let time = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default();
@@ -133,8 +126,28 @@ impl Checker<'_> {
             dwell: time(dwell_s),
             drop: it.drop.as_ref().is_some_and(|it| *it.as_ref()),
             actions: it.actions.iter().map(|it| it.as_ref().clone()).collect(),
-            tasks: it.tasks.iter().map(|it| it.as_ref().task()).collect(),
+            tasks,
+            along,
         }
+    }
+
+    /// Those of `do` or `along`, for which the vehicle does this.
+    fn tasks(&mut self, entries: &[Spanned<TaskEntry>], stance: Stance, it: &ObjectiveEntry) -> Vec<Task> {
+        for task in entries {
+            let mut names = [&task.as_ref().skill].into_iter().chain(task.as_ref().inputs.keys());
+            if let Some(name) = names.find(|it| !is_name(it)) {
+                self.say(Some(task.span()), format!("{name:?} cannot name a skill or an input"), NAMES);
+                continue;
+            }
+            if let Some((message, help)) = self.skills.and_then(|it| it.misfit(&task.as_ref().task(), stance)) {
+                self.say(Some(task.span()), message, &help);
+            }
+        }
+        if let Some(task) = entries.get(MOST_TASKS) {
+            let message = format!("objective `{}` does more than {MOST_TASKS} things", it.name.as_ref());
+            self.say(Some(task.span()), message, "spread them over several objectives");
+        }
+        entries.iter().map(|it| it.as_ref().task()).collect()
     }
 
     fn number(&mut self, key: &str, value: &Spanned<f64>, expected: &str, least: f64, most: f64) -> f64 {
@@ -241,6 +254,7 @@ reach_by_utc = "2026-05-01T08:00:00Z"
 drop = true
 actions = ["MAV_CMD_IMAGE_START_CAPTURE 0 2"]
 do = [{ skill = "winch_down", length_m = 12.0 }]
+along = [{ skill = "camera", every_m = 5.0 }]
 "#;
 
     fn read(text: &str) -> Result<Mission, Mistakes> {
@@ -261,6 +275,7 @@ do = [{ skill = "winch_down", length_m = 12.0 }]
             drop: true,
             actions: vec!["MAV_CMD_IMAGE_START_CAPTURE 0 2".into()],
             tasks: vec![Task { skill: "winch_down".into(), inputs: vec![("length_m".into(), 12.0)] }],
+            along: vec![Task { skill: "camera".into(), inputs: vec![("every_m".into(), 5.0)] }],
         };
         assert_eq!(mission.objectives[1].terms, expected);
         let plain = read(&GOOD.replace("order = \"free\"\n", "")).unwrap();
@@ -323,6 +338,7 @@ do = [{ skill = "winch_down", length_m = 12.0 }]
             ("drop = true", "drop = false"),
             ("CAPTURE 0 2", "CAPTURE 0 3"),
             ("length_m = 12.0", "length_m = 13.0"),
+            ("every_m = 5.0", "every_m = 6.0"),
         ] {
             let other = read(&GOOD.replacen(found, replaced, 1)).unwrap();
             assert_ne!(other.identity(), mission.identity(), "{found}");

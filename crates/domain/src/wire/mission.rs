@@ -51,6 +51,8 @@ impl From<ObjectiveStatus> for v1::Objective {
             actions: terms.actions,
             tasks: terms.tasks.iter().map(Into::into).collect(),
             tasks_done: status.tasks_done as u32,
+            along: terms.along.iter().map(Into::into).collect(),
+            along_failure: status.along_failure.unwrap_or_default(),
             release: v1::ReleaseProgress::from(status.release) as i32,
         }
     }
@@ -111,13 +113,14 @@ impl TryFrom<v1::Objective> for ObjectiveStatus {
             drop: status.drop,
             actions: status.actions,
             tasks: status.tasks.into_iter().map(Task::try_from).collect::<Result<_, _>>()?,
+            along: status.along.into_iter().map(Task::try_from).collect::<Result<_, _>>()?,
         };
         Ok(ObjectiveStatus {
             objective: Objective {
                 name: status.name,
                 position: end.unwrap_or(position),
-                // A survey on the ground would never be over, and no load is dropped and no task done there.
-                flying: status.flying || survey.is_some() || terms.drop || !terms.tasks.is_empty(),
+                // A survey on the ground would never be over, and no load is dropped there.
+                flying: status.flying || survey.is_some() || terms.drop,
                 terms,
                 survey,
             },
@@ -127,6 +130,7 @@ impl TryFrom<v1::Objective> for ObjectiveStatus {
             permissions: status.permissions,
             release,
             tasks_done: status.tasks_done as usize,
+            along_failure: Some(status.along_failure).filter(|it| !it.is_empty()),
         })
     }
 }
@@ -219,10 +223,10 @@ pub(super) mod tests {
         let time = || (0..1_000_000u64).prop_map(Duration::from_millis);
         let worth = prop::option::of(0.0..1e6);
         let after = prop::collection::vec(name(), 0..3);
-        let tasks = prop::collection::vec(super::super::task::tests::task(), 0..3);
-        let payload = (any::<bool>(), prop::collection::vec(name(), 0..3), tasks);
+        let tasks = || prop::collection::vec(super::super::task::tests::task(), 0..3);
+        let payload = (any::<bool>(), prop::collection::vec(name(), 0..3), tasks(), tasks());
         (worth, after, prop::option::of(time()), prop::option::of(any::<i64>()), time(), payload).prop_map(
-            |(worth, after, within, by_utc_ms, dwell, (drop, actions, tasks))| Terms {
+            |(worth, after, within, by_utc_ms, dwell, (drop, actions, tasks, along))| Terms {
                 worth,
                 after,
                 within,
@@ -231,6 +235,7 @@ pub(super) mod tests {
                 drop,
                 actions,
                 tasks,
+                along,
             },
         )
     }
@@ -251,14 +256,15 @@ pub(super) mod tests {
         let place = (ned(), prop::option::of(survey()), any::<bool>());
         let release = [ReleaseProgress::NotPlanned, ReleaseProgress::Planned, ReleaseProgress::Seen];
         let release = prop::sample::select(release.to_vec());
-        let counts = (any::<u32>(), any::<u32>(), release, 0..5_usize);
+        let failure = prop::option::of(name().prop_filter("none is empty", |it| !it.is_empty()));
+        let counts = (any::<u32>(), any::<u32>(), release, 0..5_usize, failure);
         (name(), place, terms(), progress(), counts, names).prop_map(
             |(name, (position, survey, flying), terms, progress, counts, permissions)| {
-                let (plan_steps, replans, release, tasks_done) = counts;
+                let (plan_steps, replans, release, tasks_done, along_failure) = counts;
                 let end =
                     survey.as_ref().and_then(|it| it.turns().last()).map(|it| it.at.at_height(position.height_m()));
                 let position = end.unwrap_or(position);
-                let flying = flying || survey.is_some() || terms.drop || !terms.tasks.is_empty();
+                let flying = flying || survey.is_some() || terms.drop;
                 ObjectiveStatus {
                     objective: Objective { name, position, flying, terms, survey },
                     progress,
@@ -267,6 +273,7 @@ pub(super) mod tests {
                     permissions,
                     release,
                     tasks_done,
+                    along_failure,
                 }
             },
         )

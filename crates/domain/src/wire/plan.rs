@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use kittiwake_proto::{PLANNING_PROTOCOL, v1};
 
+use super::task::{along_from_wire, along_to_wire};
 use super::{InvalidMessage, duration, feeds_from_wire, feeds_to_wire, flight_mode, gripper, out_of_range};
 use crate::area::Area;
 use crate::geodesy::Origin;
@@ -110,6 +111,7 @@ impl From<Step> for v1::PlanStep {
             text: step.text,
             from: Some(step.from.into()),
             passed: step.passed,
+            along: along_to_wire(&step.along),
         }
     }
 }
@@ -135,6 +137,7 @@ impl TryFrom<v1::PlanStep> for Step {
             ask_ahead: step.ask_ahead.into_iter().map(AskAhead::try_from).collect::<Result<_, _>>()?,
             auxiliary: step.auxiliary,
             passed: step.passed,
+            along: along_from_wire(step.along)?,
             text: step.text,
         };
         if step.ends() { Ok(step) } else { Err(InvalidMessage::Endless) }
@@ -231,6 +234,7 @@ impl From<FlownStep> for v1::FlownStep {
             state: Some(flown.state.into()),
             at_ns: to_ns(flown.at.time.since_start()),
             utc_ms: flown.at.utc_ms,
+            along_failure: flown.along_failure.unwrap_or_default(),
         }
     }
 }
@@ -242,6 +246,7 @@ impl TryFrom<v1::FlownStep> for FlownStep {
             step: flown.step.ok_or(InvalidMessage::Missing("step"))?.try_into()?,
             state: flown.state.ok_or(InvalidMessage::Missing("state"))?.try_into()?,
             at: moment(flown.at_ns, flown.utc_ms),
+            along_failure: Some(flown.along_failure).filter(|it| !it.is_empty()),
         })
     }
 }
@@ -449,11 +454,13 @@ impl TryFrom<v1::MissionStatus> for MissionStatus {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use proptest::prelude::*;
 
     use super::super::generators::{area, mode, name, ned, origin, site};
     use super::super::mission::tests::objective;
-    use super::super::skill::tests::goal;
+    use super::super::skill::tests::{goal, task_goal};
     use super::super::task::tests::task;
     use super::*;
     use crate::feed::Feed;
@@ -502,8 +509,9 @@ mod tests {
             });
             ahead.collect()
         });
-        ((1..u64::MAX, any::<u32>()), (ned(), state()), parameters, ask, ask_ahead, any::<bool>(), name())
-            .prop_map(|((id, objective), (from, reaches), nominal, ask, ask_ahead, auxiliary, text)| Step {
+        let along = prop::collection::vec(task_goal().prop_map(Arc::new), 0..2);
+        ((1..u64::MAX, any::<u32>()), (ned(), state()), parameters, ask, ask_ahead, any::<bool>(), (along, name()))
+            .prop_map(|((id, objective), (from, reaches), nominal, ask, ask_ahead, auxiliary, (along, text))| Step {
                 id: StepId(id),
                 objective,
                 passed: objective / 2,
@@ -513,6 +521,7 @@ mod tests {
                 ask,
                 ask_ahead,
                 auxiliary,
+                along,
                 text,
             })
             .prop_filter("a step ends by itself", Step::ends)
@@ -556,7 +565,13 @@ mod tests {
     }
 
     fn basis() -> impl Strategy<Value = Basis> {
-        let flown = (step(), state(), now()).prop_map(|(step, state, at)| FlownStep { step, state, at });
+        let failure = prop::option::of(name().prop_filter("none is empty", |it| !it.is_empty()));
+        let flown = (step(), state(), now(), failure).prop_map(|(step, state, at, along_failure)| FlownStep {
+            step,
+            state,
+            at,
+            along_failure,
+        });
         let areas = prop::option::of(prop::collection::vec(any::<u8>(), 0..4).prop_map(Into::into));
         let plan = (prop::collection::vec(flown, 0..3), distinct_steps(0));
         let wind = prop::option::of((-40.0..40.0, -40.0..40.0));

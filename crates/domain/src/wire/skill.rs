@@ -132,6 +132,7 @@ impl From<SkillEvent> for v1::SkillEvent {
             landed_timestamp_us: event.landed_timestamp_us,
             flown_by_other: event.flown_by_other,
             results: Vec::new(),
+            along: event.along,
         }
     }
 }
@@ -158,6 +159,7 @@ impl TryFrom<v1::SkillEvent> for SkillEvent {
             position_timestamp_us: event.position_timestamp_us,
             landed_timestamp_us: event.landed_timestamp_us,
             flown_by_other: event.flown_by_other,
+            along: event.along,
         })
     }
 }
@@ -169,8 +171,18 @@ pub(super) mod tests {
     use super::super::generators::{name, ned, velocity};
     use super::*;
     use crate::geometry::{Ned, NedVelocity};
-    use crate::task::TaskGoal;
+    use crate::task::{Stance, TaskGoal};
     use crate::wire::task::tests::task;
+
+    pub(crate) fn task_goal() -> impl Strategy<Value = TaskGoal> {
+        let stance = prop::sample::select(vec![Stance::Hovers, Stance::Flies, Stance::Stands]);
+        (ned(), stance, task(), 0.0..100.0, 0.1..100.0, name()).prop_map(
+            |(over, stance, task, estimate_s, limit_s, outcome)| {
+                let (power_w, interrupt_s, succeeds_as) = (estimate_s, estimate_s / 10.0, vec![outcome]);
+                TaskGoal { over, stance, task, estimate_s, power_w, limit_s, interrupt_s, succeeds_as }
+            },
+        )
+    }
 
     pub(crate) fn goal() -> impl Strategy<Value = Goal> {
         let position = (ned(), 0.1..20.0, prop::option::of(-3.0..3.0), any::<bool>()).prop_map(
@@ -185,11 +197,7 @@ pub(super) mod tests {
             .prop_map(|(velocity, yaw_rate_rad_s, timeout_s)| Goal::Velocity { velocity, yaw_rate_rad_s, timeout_s });
         let takeoff = (0.1..100.0).prop_map(|climb_m| Goal::Takeoff { climb_m });
         let release = ned().prop_map(|over| Goal::Release { over });
-        let task =
-            (ned(), task(), 0.0..100.0, 0.1..100.0, name()).prop_map(|(over, task, estimate_s, limit_s, outcome)| {
-                let (power_w, interrupt_s, succeeds_as) = (estimate_s, estimate_s / 10.0, vec![outcome]);
-                Goal::Task(Arc::new(TaskGoal { over, task, estimate_s, power_w, limit_s, interrupt_s, succeeds_as }))
-            });
+        let task = task_goal().prop_map(|it| Goal::Task(Arc::new(it)));
         prop_oneof![Just(Goal::Land), Just(Goal::Stop), takeoff, position, velocity, release, task]
     }
 
@@ -206,8 +214,9 @@ pub(super) mod tests {
         ];
         let kind = prop::sample::select(vec![K::Land, K::Takeoff, K::Stop, K::Offboard, K::Release, K::Task]);
         let place = (prop::option::of(ned()), prop::option::of(velocity()), any::<u64>(), any::<u64>(), any::<bool>());
-        (any::<u64>(), name(), kind, phase, name(), place).prop_map(
-            |(skill_id, request_id, kind, phase, reason, (position, velocity, measured, landed, by_other))| {
+        let words = (name(), name());
+        (any::<u64>(), name(), kind, phase, words, place).prop_map(
+            |(skill_id, request_id, kind, phase, (reason, along), (position, velocity, measured, landed, by_other))| {
                 SkillEvent {
                     skill_id,
                     request_id,
@@ -219,6 +228,7 @@ pub(super) mod tests {
                     position_timestamp_us: measured,
                     landed_timestamp_us: landed,
                     flown_by_other: by_other,
+                    along,
                 }
             },
         )

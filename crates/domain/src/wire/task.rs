@@ -1,9 +1,11 @@
 //! Tasks, and what is asked of the processes that carry them out.
 
+use std::sync::Arc;
+
 use kittiwake_proto::v1;
 
 use super::{InvalidMessage, finite, not_negative, positive};
-use crate::task::{Task, TaskGoal};
+use crate::task::{Stance, Task, TaskGoal};
 
 /// Numbers by their names.
 pub fn values_to_wire(values: &[(String, f64)]) -> Vec<v1::TaskValue> {
@@ -42,10 +44,34 @@ impl TryFrom<v1::Task> for Task {
     }
 }
 
+impl From<Stance> for v1::Stance {
+    fn from(stance: Stance) -> v1::Stance {
+        match stance {
+            Stance::Hovers => v1::Stance::Hovers,
+            Stance::Flies => v1::Stance::Flies,
+            Stance::Stands => v1::Stance::Stands,
+        }
+    }
+}
+
+/// Tasks beside a flight, from a message.
+///
+/// # Errors
+/// If one of them is invalid.
+pub fn along_from_wire(along: Vec<v1::TaskGoal>) -> Result<Vec<Arc<TaskGoal>>, InvalidMessage> {
+    along.into_iter().map(|it| Ok(Arc::new(it.try_into()?))).collect()
+}
+
+/// The same as a message has them.
+pub fn along_to_wire(along: &[Arc<TaskGoal>]) -> Vec<v1::TaskGoal> {
+    along.iter().map(|it| it.as_ref().into()).collect()
+}
+
 impl From<&TaskGoal> for v1::TaskGoal {
     fn from(goal: &TaskGoal) -> v1::TaskGoal {
         v1::TaskGoal {
             over: Some(goal.over.into()),
+            stance: v1::Stance::from(goal.stance) as i32,
             task: Some((&goal.task).into()),
             estimate_s: goal.estimate_s,
             power_w: goal.power_w,
@@ -59,7 +85,14 @@ impl From<&TaskGoal> for v1::TaskGoal {
 impl TryFrom<v1::TaskGoal> for TaskGoal {
     type Error = InvalidMessage;
     fn try_from(goal: v1::TaskGoal) -> Result<TaskGoal, InvalidMessage> {
+        let stance = match goal.stance() {
+            v1::Stance::Unspecified => return Err(InvalidMessage::Missing("stance")),
+            v1::Stance::Hovers => Stance::Hovers,
+            v1::Stance::Flies => Stance::Flies,
+            v1::Stance::Stands => Stance::Stands,
+        };
         Ok(TaskGoal {
+            stance,
             over: goal.over.ok_or(InvalidMessage::Missing("over"))?.try_into()?,
             task: goal.task.ok_or(InvalidMessage::Missing("task"))?.try_into()?,
             estimate_s: not_negative("estimate_s", goal.estimate_s)?,

@@ -141,12 +141,13 @@ pub(crate) fn write(mission: &Geographic<'_>, findings: &mut Findings) -> String
 
 /// What is asked of an objective, and has no counterpart in a plan.
 fn note_terms(objective: &Objective, findings: &mut Findings) {
-    let Terms { worth, after, within, by_utc_ms, tasks, .. } = &objective.terms;
+    let Terms { worth, after, within, by_utc_ms, tasks, along, .. } = &objective.terms;
     let lost = [
         (worth.is_some(), "that it may be left out"),
         (!after.is_empty(), "what comes before it"),
         (within.is_some() || by_utc_ms.is_some(), "its time limit"),
         (!tasks.is_empty(), "what skills do there"),
+        (!along.is_empty(), "what skills do on the way"),
     ];
     for (_, what) in lost.iter().filter(|(is_asked, _)| *is_asked) {
         findings.note(&objective.name, format!("{what} has no counterpart in a plan: left out"));

@@ -9,6 +9,7 @@ use domain::plan::{Condition, Parameters};
 use domain::skill::Goal;
 use domain::speeds::Speeds;
 use domain::state::{State, Tolerance};
+use domain::task::Stance;
 
 use crate::rules::Rules;
 
@@ -30,7 +31,7 @@ pub(crate) enum Action {
     Position,
     /// The load released where the vehicle hovers.
     Release,
-    /// A task done by a process of its own where the vehicle hovers.
+    /// A task done by a process of its own where the vehicle hovers or stands.
     Task,
 }
 
@@ -67,7 +68,7 @@ impl Action {
         let next_task = goal.done.last().filter(|_| start.done.len() < goal.done.len());
         let is_place_in_air = goal.flying && goal.mode.is_none() && goal.gripper.is_none() && next_task.is_none();
         match self {
-            Action::Land => !goal.flying,
+            Action::Land => !goal.flying && next_task.is_none(),
             // Only where it is a climb worth the name: the ground may be higher than the goal.
             Action::Takeoff => {
                 let climb_m = goal.position.height_m() - ground_height_m(goal, start, rules);
@@ -77,7 +78,9 @@ impl Action {
             Action::Stop => goal.mode == Some(FlightMode::Loiter) && goal.gripper.is_none() && next_task.is_none(),
             Action::Position => is_place_in_air,
             Action::Release => goal.flying && goal.gripper == Some(Gripper::Released) && next_task.is_none(),
-            Action::Task => goal.flying && next_task.is_some_and(|it| rules.skills.misfit(it).is_none()),
+            Action::Task => {
+                next_task.is_some_and(|it| rules.skills.misfit(it, Stance::at_place(goal.flying)).is_none())
+            }
         }
     }
 
@@ -100,7 +103,7 @@ impl Action {
             Action::Release => State { gripper: None, mode: Some(FlightMode::Loiter), ..goal.clone() },
             Action::Task => {
                 let before = goal.done.split_last().map_or(Vec::new(), |(_, before)| before.to_vec());
-                State { done: before, mode: Some(FlightMode::Loiter), ..goal.clone() }
+                State { done: before, mode: goal.flying.then_some(FlightMode::Loiter), ..goal.clone() }
             }
         }
     }
@@ -133,9 +136,10 @@ impl Action {
             Action::Task => {
                 let task = goal.done.last().cloned().unwrap_or_default();
                 let skill = Some(task.skill.clone());
-                let condition = |mode| Condition { skill: skill.clone(), ..when(in_air, mode) };
-                let goal = Goal::Task(Arc::new(rules.skills.goal(&task, goal.position)));
-                (goal, condition(None), condition(Some(FlightMode::Loiter)))
+                let condition = |mode| Condition { skill: skill.clone(), ..when(Some(goal.flying), mode) };
+                let mode = goal.flying.then_some(FlightMode::Loiter);
+                let over = Goal::Task(Arc::new(rules.skills.goal(&task, goal.position)));
+                (over, condition(None), condition(mode))
             }
         };
         Parameters { goal, precondition, invariant }

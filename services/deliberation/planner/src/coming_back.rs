@@ -106,6 +106,7 @@ fn ask_before(steps: &mut Vec<Step>, takeoff: usize, needs: Vec<PermissionNeed>,
             ask_ahead,
             auxiliary: true,
             passed: 0,
+            along: Vec::new(),
             ..steps[takeoff].clone()
         };
         steps.insert(takeoff, step);

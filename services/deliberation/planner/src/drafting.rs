@@ -168,6 +168,7 @@ impl Draft<'_> {
             ask_ahead: Vec::new(),
             auxiliary,
             passed: 0,
+            along: Vec::new(),
             text: String::new(),
         });
     }

@@ -7,6 +7,7 @@ use domain::plan::Step;
 use domain::quantity::Fraction;
 use domain::skill::Goal;
 use domain::state::State;
+use domain::task::Stance;
 
 use crate::actions::time_s;
 use crate::back_chaining;
@@ -27,7 +28,9 @@ impl Rules {
     /// What `step` takes, in Wh.
     pub(crate) fn step_wh(&self, step: &Step) -> f64 {
         let (from, to) = step.way();
-        self.piece_wh(&step.nominal.goal, from, to, flight_time_s(step, self))
+        let time_s = flight_time_s(step, self);
+        let along_w: f64 = step.along.iter().map(|it| it.power_w).sum();
+        self.piece_wh(&step.nominal.goal, from, to, time_s) + along_w * time_s / 3600.0
     }
 
     /// What a stay at `goal` takes, in Wh: nothing on the ground.
@@ -51,9 +54,12 @@ impl Rules {
         let ahead = objective.ahead();
         let from = &objective.as_begun(from);
         let froms = std::iter::once(from).chain(ahead.iter().map(|it| &it.state));
+        let along = objective.terms().along.iter();
+        let along_w: f64 = along.map(|it| self.skills.goal(it, objective.goal.position).power_w).sum();
         froms.zip(&ahead).fold(Hop::default(), |sum, (from, to)| {
             let hop = self.hop(from, &to.state);
-            Hop { time_s: sum.time_s + hop.time_s, energy_wh: sum.energy_wh + hop.energy_wh }
+            let energy_wh = hop.energy_wh + along_w * hop.time_s / 3600.0;
+            Hop { time_s: sum.time_s + hop.time_s, energy_wh: sum.energy_wh + energy_wh }
         })
     }
 
@@ -64,6 +70,7 @@ impl Rules {
 
     fn piece_wh(&self, goal: &Goal, from: Ned, to: Ned, time_s: f64) -> f64 {
         let more_wh = match goal {
+            Goal::Task(it) if it.stance == Stance::Stands => return it.power_w * it.estimate_s / 3600.0,
             Goal::Takeoff { .. } => self.aircraft.energy.takeoff_wh(self.wind),
             Goal::Land => self.aircraft.energy.landing_wh(self.wind),
             Goal::Position { .. } if SAME_PLACE_M < from.distance_m(to) => self.aircraft.energy.stop_wh(self.wind),

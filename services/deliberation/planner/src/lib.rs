@@ -22,6 +22,7 @@ use node::{Answers, Effect, Event, Node};
 
 mod actions;
 mod airspace;
+mod along;
 mod alternates;
 mod asking_ahead;
 mod back_chaining;
@@ -177,7 +178,10 @@ impl Planner {
         let brought = Brought { mission, notes, areas, vehicle_origin, wind, rest };
         let mut core = MissionPlanner::going_on(&self.rules, self.pace, brought)?;
         let last = flown.len().saturating_sub(1);
-        for (index, FlownStep { step, state, at }) in flown.into_iter().enumerate() {
+        for (index, FlownStep { step, state, at, along_failure }) in flown.into_iter().enumerate() {
+            if let Some(reason) = along_failure {
+                core.along_failed(reason);
+            }
             core.flown(&step, is_end && index == last, &state, at);
         }
         Ok(Some(core))

@@ -26,6 +26,7 @@ use domain::time::{Now, Pace, Time};
 use domain::airspace::Grants;
 
 use crate::airspace::{self, Airspace, Around, Closures};
+use crate::along::Along;
 use crate::asking_ahead;
 use crate::coming_back;
 use crate::drafting::draft;
@@ -228,6 +229,7 @@ impl MissionPlanner {
             } else {
                 objective.ahead()
             };
+            let along = Along::of(objective, &self.rules);
             let airspace = self.airspace(&grants, &closures, now);
             let mut steps = match steps_to(&state, &ahead, failed.take(), tolerance, &airspace, &self.rules) {
                 Ok(steps) => steps,
@@ -243,6 +245,7 @@ impl MissionPlanner {
                     continue;
                 }
             };
+            along.set(&mut steps);
             let plan_now = PlanNow {
                 steps: &steps,
                 ahead: &ahead,
@@ -297,6 +300,13 @@ impl MissionPlanner {
     fn holds(&mut self, hold: Hold) -> Answer {
         let Hold { wait, reason, .. } = self.hold.insert(hold).clone();
         Answer::Hold { wait, reason, planned: false }
+    }
+
+    /// A task along the leg that is flown has failed, for this reason. The flight goes on; at its end the objective has failed.
+    pub(crate) fn along_failed(&mut self, reason: String) {
+        if let Some(objective) = self.objectives.current() {
+            objective.status.along_failure.get_or_insert(reason);
+        }
     }
 
     /// `step` was flown and left the vehicle in `state`; `is_end`: nothing is left of its plan.

@@ -17,11 +17,13 @@ pub(crate) fn action(step: &Step) -> Action {
     Action::of(&step.nominal.goal)
 }
 
-/// In a few words: `fly to (0, 90, 10), asking A and B`.
+/// In a few words: `fly to (0, 90, 10) with camera (every_m 12), asking A and B`.
 pub(crate) fn in_words(step: &Step) -> String {
     let areas: Vec<&str> = step.ask.iter().map(|need| need.area.as_str()).collect();
     let asking = if areas.is_empty() { String::new() } else { format!(", asking {}", areas.join(" and ")) };
-    format!("{}{asking}", step.nominal.goal)
+    let along: Vec<String> = step.along.iter().map(|it| it.task.to_string()).collect();
+    let with = if along.is_empty() { String::new() } else { format!(" with {}", along.join(" and ")) };
+    format!("{}{with}{asking}", step.nominal.goal)
 }
 
 /// The same step as one that asks for the permissions of `ask`, or, if there are none, for nothing.

@@ -1,7 +1,10 @@
 //! Requests and their answers: decides which requests are accepted, and remembers what became of
 //! them.
 
+use std::sync::Arc;
+
 use domain::skill::{Goal, kind_name, outcome_name};
+use domain::task::TaskGoal;
 use domain::time::{Now, Pace, Time};
 use domain::wire::InvalidMessage;
 use node::Answers;
@@ -14,6 +17,7 @@ use crate::ids::IdSequence;
 use crate::messages::{Input, Output, SkillReport};
 use crate::resource::Resource;
 use crate::skill_run::SkillRun;
+use crate::tracks::Track;
 use crate::vehicle::at_wall_rate;
 
 /// A request for a skill.
@@ -21,8 +25,8 @@ use crate::vehicle::at_wall_rate;
 pub(crate) struct Request {
     /// The caller's name for it.
     pub(crate) id: String,
-    /// What is to be flown, or why the request is invalid.
-    pub(crate) goal: Result<Goal, InvalidMessage>,
+    /// What is to be flown and the tasks along it, or why the request is invalid.
+    pub(crate) goal: Result<(Goal, Vec<Arc<TaskGoal>>), InvalidMessage>,
     /// Whether it replaces a skill that runs; otherwise it is refused then.
     pub(crate) replaces: bool,
     /// The running skill that the caller has given up in any case.
@@ -126,7 +130,7 @@ impl Executor {
     }
 
     fn accept(&mut self, request: &Request, now: Now) -> Answer {
-        let goal = request.goal.clone().map_err(|it| it.to_string())?;
+        let (goal, along) = request.goal.clone().map_err(|it| it.to_string())?;
         if request.takes_control {
             self.resource.take_control_back();
         }
@@ -142,6 +146,8 @@ impl Executor {
         let skill = skill_for(goal, &request.id, &self.config, self.pace);
         let view = self.resource.view(now);
         let mut run = SkillRun::new(id, request.id.clone(), request.gave_up, skill, &view, now.time);
+        let track = |it| Track::new(SkillId(self.ids.next(now)), &request.id, it, &self.config, self.pace);
+        run.along(along.into_iter().map(track).collect());
         if request.takes_control {
             run.take_control();
         }

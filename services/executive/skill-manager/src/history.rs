@@ -67,6 +67,7 @@ mod tests {
         SkillReport {
             id: SkillId(id),
             request_id,
+            along: String::new(),
             kind,
             state,
             motion: None,

@@ -32,6 +32,7 @@ mod resource;
 mod skill_run;
 mod slots;
 mod stream;
+mod tracks;
 mod vehicle;
 mod wire;
 

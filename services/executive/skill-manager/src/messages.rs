@@ -75,6 +75,8 @@ pub(crate) struct SkillReport {
     pub(crate) landed_timestamp_us: u64,
     /// It was pre-empted by a pilot or another ground station.
     pub(crate) flown_by_other: bool,
+    /// The skill of a task along a flight; empty for every other one.
+    pub(crate) along: String,
 }
 
 /// The progress of a skill that executes.

@@ -4,6 +4,7 @@
 //! Everything is decided while the event that causes it is handled; the passing of time brings about
 //! only what is due.
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use domain::fmu::{Command, CommandResult, Status};
@@ -22,10 +23,13 @@ use crate::mode_watch::left_to_autopilot;
 use crate::skill_run::{Aftermath, SkillRun, Start};
 use crate::slots::Slots;
 use crate::stream::SetpointStream;
+use crate::tracks::Tracks;
 use crate::vehicle::{FlightStatus, Vehicle, View, at_wall_rate};
 
 /// How long another skill waits for a task whose `interrupt_s` is not known here. (ENG: half of the longest.)
 const ORPHAN: Duration = Duration::from_secs(5);
+/// How many tasks are remembered that got the order to end. (ENG: more than processes that do not obey.)
+const MOST_DISMISSED: usize = 16;
 
 /// The skills that run or wait, and the autopilot that they command.
 #[derive(Debug)]
@@ -45,11 +49,13 @@ pub(crate) struct Resource {
     /// From an acknowledgement until the status must show the mode.
     mode_limit: Duration,
     feedback_period: Duration,
-    /// The task that was given up last, until its process has ended it.
-    farewell: Option<Farewell>,
+    /// Tasks along the flight.
+    tracks: Tracks,
+    /// The tasks that were given up, until their processes have ended them.
+    farewells: Vec<Farewell>,
     task_repeat: Duration,
-    /// The last task that got the order to end: it gets it once.
-    last_orphan: Option<String>,
+    /// The last tasks that got the order to end: each gets it once.
+    dismissed: VecDeque<String>,
     /// What is to be published, in order.
     outbox: Vec<Output>,
 }
@@ -69,9 +75,10 @@ impl Resource {
             data_wait: at_wall_rate(pace, config.data_wait_s.seconds()),
             mode_limit: at_wall_rate(pace, config.mode_timeout_s.seconds()),
             feedback_period: pace.wall(config.feedback_rate_hz.period()),
-            farewell: None,
+            tracks: Tracks::default(),
+            farewells: Vec::new(),
             task_repeat: pace.wall(REPEAT),
-            last_orphan: None,
+            dismissed: VecDeque::new(),
             outbox: Vec::new(),
         }
     }
@@ -83,7 +90,8 @@ impl Resource {
             Input::Status(status) => self.reported(&status, now),
             Input::Landed(landed) => self.vehicle.land_detected(landed, now.time),
             Input::Task(report) => {
-                self.farewell.take_if(|it| it.is_ended_by(&report));
+                self.farewells.retain(|it| !it.is_ended_by(&report));
+                self.tracks.hear(&report, now.time);
                 if let Some(run) = self.slots.registered_mut() {
                     run.hear(&report, now.time);
                 }
@@ -102,18 +110,39 @@ impl Resource {
     /// the order to end, once. On the ground somebody may examine a process.
     fn end_orphan(&mut self, report: TaskReport, now: Now) {
         let TaskReport { skill, request_id, state, .. } = report;
-        let is_ours = self.slots.registered().is_some_and(|it| it.is_requested_as(&request_id));
+        let is_ours =
+            self.tracks.has(&request_id) || self.slots.registered().is_some_and(|it| it.is_requested_as(&request_id));
         if state != TaskState::Running
             || self.view(now).flying != Some(true)
             || is_ours
-            || self.farewell.is_some()
-            || self.last_orphan.as_ref() == Some(&request_id)
+            || !self.farewells.is_empty()
+            || self.dismissed.contains(&request_id)
         {
             return;
         }
-        self.last_orphan = Some(request_id.clone());
         let order = TaskOrder { request_id, task: Task { skill, inputs: Vec::new() }, cancel: true };
-        self.farewell = Some(Farewell::begin(order, ORPHAN, self.task_repeat, now.time));
+        self.dismiss(order, ORPHAN, now);
+    }
+
+    /// A task goes on in its process only, which gets the order to end it. Another skill waits for as long as that may take.
+    fn dismiss(&mut self, order: TaskOrder, takes: Duration, now: Now) {
+        if self.dismissed.len() == MOST_DISMISSED {
+            self.dismissed.pop_front();
+        }
+        self.dismissed.push_back(order.request_id.clone());
+        self.farewells.push(Farewell::begin(order, takes, self.task_repeat, now.time));
+    }
+
+    /// What has become of tasks along a flight. Nothing waits for their processes.
+    fn tell_of_tracks(&mut self, (reports, orders): (Vec<SkillReport>, Vec<TaskOrder>), now: Now) {
+        self.outbox.extend(reports.into_iter().map(Output::Report));
+        orders.into_iter().for_each(|it| self.dismiss(it, Duration::ZERO, now));
+    }
+
+    /// Nothing flies the vehicle that tasks could go along with.
+    fn end_tracks(&mut self, now: Now) {
+        let ended = self.tracks.follow(Vec::new(), now.time);
+        self.tell_of_tracks(ended, now);
     }
 
     /// Does what is due.
@@ -144,11 +173,9 @@ impl Resource {
         let is_free = !self.commands.is_busy();
         let waiting = self.slots.candidate().filter(|_| is_free).and_then(|it| it.wait_deadline(self.data_wait));
         let loiter = self.idle.loiter_due().filter(|_| is_free && self.slots.are_idle());
-        let farewell = self.farewell.as_ref().and_then(Farewell::deadline);
-        [progress, feedback, waiting, loiter, farewell, self.commands.deadline(), self.stream.deadline()]
-            .into_iter()
-            .flatten()
-            .min()
+        let farewells = self.farewells.iter().filter_map(Farewell::deadline).min();
+        let (tracks, commands, stream) = (self.tracks.deadline(), self.commands.deadline(), self.stream.deadline());
+        [progress, feedback, waiting, loiter, farewells, tracks, commands, stream].into_iter().flatten().min()
     }
 
     /// The vehicle data that are recent enough at this moment.
@@ -201,11 +228,14 @@ impl Resource {
         let view = self.view(now);
         let ending = self.slots.registered_mut().and_then(|it| it.progress(&view, now.time));
         self.end_registered(ending, now);
+        let ended = self.tracks.proceed(&view, now.time);
+        self.tell_of_tracks(ended, now);
         self.command_next(now);
         let begins = self.slots.registered_mut().and_then(|it| it.take_order(now.time));
-        let ends = self.farewell.as_mut().and_then(|it| it.take_order(now.time));
-        self.farewell.take_if(|it| it.is_over(now.time));
-        self.outbox.extend(ends.into_iter().chain(begins).map(Output::Task));
+        let along = self.tracks.take_orders(now.time);
+        let ends: Vec<TaskOrder> = self.farewells.iter_mut().filter_map(|it| it.take_order(now.time)).collect();
+        self.farewells.retain(|it| !it.is_over(now.time));
+        self.outbox.extend(ends.into_iter().chain(along).chain(begins).map(Output::Task));
     }
 
     fn reported(&mut self, status: &Status, now: Now) {
@@ -233,7 +263,7 @@ impl Resource {
             self.end(run, ending.clone(), now);
         }
         (self.disarm_due, self.pre_empted_takeoff) = (false, false);
-        self.release();
+        self.release(now);
     }
 
     /// Places and heights from before mean nothing any more: what flies to them ends, and the vehicle is held at once.
@@ -335,9 +365,10 @@ impl Resource {
             return;
         }
         if needs_loiter(&self.view(now)) && self.may_send(Purpose::Idle, now) {
+            self.end_tracks(now);
             self.command(Command::Loiter, Purpose::Idle, now);
         } else {
-            self.release();
+            self.release(now);
         }
     }
 
@@ -352,7 +383,7 @@ impl Resource {
         if let Some(task) = self.slots.take_registered_if(|it| it.order_to_end().is_some()) {
             self.drive(task, Event::Overwritten { by: candidate.id() }, now);
         }
-        if self.farewell.as_ref().is_some_and(|it| it.blocks(now.time)) {
+        if self.farewells.iter().any(|it| it.blocks(now.time)) {
             self.slots.put(candidate);
             return false;
         }
@@ -408,7 +439,7 @@ impl Resource {
                     self.drive(run, Event::NeutralRefused(reason), now);
                 }
                 // The skill has ended meanwhile; but the vehicle loiters now.
-                None if ack.is_accepted() && self.slots.registered().is_none() => self.release(),
+                None if ack.is_accepted() && self.slots.registered().is_none() => self.release(now),
                 None => {}
             },
             Purpose::UndoArming | Purpose::Abandoned => {}
@@ -447,14 +478,18 @@ impl Resource {
 
     /// Takes an event to a skill, does what it demands, and puts the skill where it belongs then.
     fn drive(&mut self, mut run: SkillRun, event: Event, now: Now) {
+        let mut is_neutral = false;
         for action in run.take(event) {
             match action {
                 Action::Register => self.register(&mut run, now),
+                // A vehicle that stands is neutral.
+                Action::RequestNeutral if run.stands() => is_neutral = true,
                 Action::RequestNeutral => run.request_neutral(),
                 Action::Announce => self.announce(&run, now),
             }
         }
         match run.state() {
+            SkillState::Cancel if is_neutral => self.drive(run, Event::Neutral, now),
             SkillState::ProcessRequest(_) | SkillState::Execute { .. } | SkillState::Cancel => self.slots.put(run),
             SkillState::Report(_) | SkillState::Abort { .. } => self.drive(run, Event::Sent, now),
             SkillState::Ended(ending) => self.ended(&run, ending.outcome, now),
@@ -466,6 +501,8 @@ impl Resource {
             self.drive(old, Event::Overwritten { by: run.id() }, now);
         }
         run.register(now.time);
+        let tracks = self.tracks.follow(run.take_along(), now.time);
+        self.tell_of_tracks(tracks, now);
         self.idle.end();
         self.stream.switch(run.id(), run.setpoint(), run.has_commanded(), now.time);
         self.refresh_setpoint(now.time);
@@ -474,12 +511,11 @@ impl Resource {
     fn ended(&mut self, run: &SkillRun, outcome: SkillOutcome, now: Now) {
         self.pre_empted_takeoff |= outcome == SkillOutcome::Preempted && run.takes_off();
         if let Some((order, takes)) = run.order_to_end() {
-            self.last_orphan = Some(order.request_id.clone());
-            self.farewell = Some(Farewell::begin(order, takes, self.task_repeat, now.time));
+            self.dismiss(order, takes, now);
         }
         match run.aftermath(outcome) {
             Aftermath::Replaced => {}
-            Aftermath::Released => self.release(),
+            Aftermath::Released => self.release(now),
             Aftermath::Idle => self.idle.begin(now.time),
             Aftermath::NeverFlew => self.never_flew(run, outcome, now),
         }
@@ -506,7 +542,8 @@ impl Resource {
     }
 
     /// The autopilot flies the vehicle, or it is on the ground: nothing is streamed any longer.
-    fn release(&mut self) {
+    fn release(&mut self, now: Now) {
+        self.end_tracks(now);
         self.idle.end();
         self.stream.stop();
     }

@@ -11,6 +11,7 @@ use crate::commands::Acknowledgement;
 use crate::fsm::{Action, Ending, Event, Processing, SkillId, SkillState};
 use crate::messages::{Feedback, SkillReport, TaskOrder, TaskReport};
 use crate::mode_watch::{ModeWatch, left_to_autopilot};
+use crate::tracks::Track;
 use crate::vehicle::{FlightStatus, View};
 
 /// A request that was accepted, with everything known about it.
@@ -19,6 +20,8 @@ pub(crate) struct SkillRun {
     id: SkillId,
     request_id: String,
     skill: Box<dyn Skill>,
+    /// The tasks that are to go on while it is flown.
+    along: Vec<Track>,
     state: SkillState,
     /// Skills that the caller has given up, whatever becomes of this one. Includes those of the
     /// requests that this one displaced.
@@ -84,6 +87,7 @@ impl SkillRun {
             id,
             request_id,
             skill,
+            along: Vec::new(),
             state: SkillState::ProcessRequest(Processing::Waiting),
             gave_up: gave_up.into_iter().collect(),
             accepted: 0,
@@ -97,6 +101,16 @@ impl SkillRun {
             watch: ModeWatch::new(now),
             feedback_due: now,
         }
+    }
+
+    /// These tasks are to go on while it is flown.
+    pub(crate) fn along(&mut self, along: Vec<Track>) {
+        self.along = along;
+    }
+
+    /// It is flown from now on, and those tasks with it.
+    pub(crate) fn take_along(&mut self) -> Vec<Track> {
+        std::mem::take(&mut self.along)
     }
 
     /// From now on it may override a failsafe of the autopilot.
@@ -264,12 +278,21 @@ impl SkillRun {
     /// How it ends, if a status shows that the vehicle flies something else; `why`: the autopilot's own words.
     pub(crate) fn judge_mode(&mut self, status: FlightStatus, why: &str, now: Time, limit: Duration) -> Option<Ending> {
         // In C the mode is expected to change.
-        if self.executes() { self.watch.judge(self.skill.as_ref(), status, why, now, limit) } else { None }
+        if self.executes() && !self.stands() {
+            self.watch.judge(self.skill.as_ref(), status, why, now, limit)
+        } else {
+            None
+        }
     }
 
     /// Whether its goal is a place or a height in the local frame.
     pub(crate) fn depends_on_frame(&self) -> bool {
         self.skill.depends_on_frame()
+    }
+
+    /// Whether it is used by a vehicle that stands, so that its end needs no command.
+    pub(crate) fn stands(&self) -> bool {
+        self.skill.stands()
     }
 
     /// Whether it waits for its turn, or for the acknowledgement of a command.
@@ -372,6 +395,7 @@ impl SkillRun {
             motion: view.motion,
             landed_timestamp_us: view.landed_timestamp_us,
             flown_by_other: false,
+            along: String::new(),
         }
     }
 }

@@ -1,8 +1,9 @@
 //! The messages of this service, from and to its own types.
 
 use domain::fmu::Status;
+use domain::skill::Goal;
 use domain::wire::InvalidMessage;
-use domain::wire::task::{values_from_wire, values_to_wire};
+use domain::wire::task::{along_from_wire, values_from_wire, values_to_wire};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::{self, SkillOutcome};
 
@@ -28,13 +29,15 @@ pub(crate) fn request(message: v1::SkillRequest) -> Request {
     let goal = match when_busy {
         v1::WhenBusy::Unspecified => Err(InvalidMessage::Missing("when_busy")),
         v1::WhenBusy::Replace | v1::WhenBusy::Refuse => {
-            message.goal.ok_or(InvalidMessage::Missing("goal")).and_then(|it| it.try_into())
+            message.goal.ok_or(InvalidMessage::Missing("goal")).and_then(Goal::try_from)
         }
     };
     let has_id = !message.request_id.is_empty();
     Request {
         id: message.request_id,
-        goal: goal.and_then(|it| has_id.then_some(it).ok_or(InvalidMessage::Missing("request_id"))),
+        goal: goal
+            .and_then(|it| has_id.then_some(it).ok_or(InvalidMessage::Missing("request_id")))
+            .and_then(|it| Ok((it, along_from_wire(message.along)?))),
         replaces: when_busy == v1::WhenBusy::Replace,
         takes_control: message.takes_control,
         gave_up: (message.gave_up_skill_id != 0).then_some(SkillId(message.gave_up_skill_id)),
@@ -98,6 +101,7 @@ pub(crate) fn skill_event(report: &SkillReport) -> v1::SkillEvent {
         request_id: report.request_id.clone(),
         kind: report.kind as i32,
         state: skill_state(&report.state) as i32,
+        along: report.along.clone(),
         ..v1::SkillEvent::default()
     };
     match &report.state {

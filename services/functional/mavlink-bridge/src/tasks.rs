@@ -4,12 +4,13 @@
 //! An acknowledgement says that the command was taken. The task has succeeded once as much time has passed since then as its declaration
 //! says; without an acknowledgement nothing has.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use domain::declared_skill::{CANCELLED, DeclaredSkills};
 use domain::geometry::Ned;
 use domain::payload_command::{Param, PayloadCommand, numbers};
-use domain::task::Task;
+use domain::task::{Stance, Task};
 use domain::time::Time;
 use domain::wire::task::task_of_order;
 use kittiwake_proto::v1::{self, TaskState};
@@ -28,7 +29,7 @@ const TRIES: u8 = 4;
 #[derive(Debug, Default)]
 pub(crate) struct Tasks {
     skills: DeclaredSkills,
-    present: Option<Present>,
+    present: BTreeMap<String, Present>,
     next_report: Time,
 }
 
@@ -71,16 +72,17 @@ impl Tasks {
     /// An order has arrived, which may be for another process; what is to be sent at once.
     pub(crate) fn order(&mut self, order: v1::TaskOrder, now: Time) -> Option<Said> {
         let command = self.skills.get(&order.skill)?.payload_command.clone()?;
-        let is_present = self.present.as_ref().is_some_and(|it| it.request_id == order.request_id);
+        let present = self.present.get_mut(&order.skill).filter(|it| it.request_id == order.request_id);
         self.next_report = now;
-        match (order.cancel, is_present) {
-            (true, true) => self.present.as_mut()?.cancel(),
-            (false, false) => {
+        match (order.cancel, present) {
+            (true, Some(present)) => present.cancel(),
+            (false, None) => {
                 let (request_id, task) = (order.request_id.clone(), task_of_order(order).ok()?);
-                self.present = Some(self.begun(request_id, task, &command, now));
+                let begun = self.begun(request_id, task, &command, now);
+                self.present.insert(begun.task.skill.clone(), begun);
                 None
             }
-            (true, false) | (false, true) => None,
+            (true, None) | (false, Some(_)) => None,
         }
     }
 
@@ -91,7 +93,8 @@ impl Tasks {
             request_id,
             command: long(&command.params),
             cancel: command.cancel.as_deref().map(long),
-            takes: Duration::from_secs_f64(goal.estimate_s),
+            // Along a leg it is ended by an order.
+            takes: Duration::from_secs_f64(if goal.stance == Stance::Flies { goal.limit_s } else { goal.estimate_s }),
             success: goal.succeeds_as.first().cloned().unwrap_or_default(),
             task,
             state: State::Sent { tries: 0, again: now },
@@ -103,8 +106,9 @@ impl Tasks {
         /// MAV_RESULT.
         const ACCEPTED: u8 = 0;
         const IN_PROGRESS: u8 = 5;
-        let Some(present) = self.present.as_mut().filter(|it| it.command.command == ack.command) else { return };
-        if matches!(present.state, State::Sent { .. }) {
+        let is_awaited =
+            |it: &&mut Present| it.command.command == ack.command && matches!(it.state, State::Sent { tries: 1.., .. });
+        if let Some(present) = self.present.values_mut().find(is_awaited) {
             present.state = match ack.result {
                 ACCEPTED => State::Acts { until: now + present.takes },
                 IN_PROGRESS => State::Sent { tries: 1, again: now + AGAIN },
@@ -116,7 +120,7 @@ impl Tasks {
 
     /// Does what is due; `is_heard`: there is an autopilot that could do it.
     pub(crate) fn act(&mut self, is_heard: bool, now: Time, says: &mut Vec<Said>, effects: &mut Vec<Effect>) {
-        if let Some(present) = &mut self.present {
+        for present in self.present.values_mut() {
             let before = present.state.clone();
             says.extend(present.act(now));
             if present.state != before && !matches!(present.state, State::Sent { .. }) {
@@ -131,7 +135,7 @@ impl Tasks {
 
     fn report(&self, skill: &str, version: u32) -> v1::TaskReport {
         let mut report = v1::TaskReport { skill: skill.to_owned(), version, ..v1::TaskReport::default() };
-        let present = self.present.as_ref().filter(|it| it.task.skill == skill);
+        let present = self.present.get(skill);
         let state = match present.map(|it| &it.state) {
             None => TaskState::Ready,
             Some(State::Sent { .. } | State::Acts { .. }) => TaskState::Running,
@@ -150,12 +154,12 @@ impl Tasks {
         if self.skills.all().is_empty() {
             return None;
         }
-        let present = self.present.as_ref().and_then(|it| match it.state {
+        let present = self.present.values().filter_map(|it| match it.state {
             State::Sent { again, .. } => Some(again),
             State::Acts { until } => Some(until),
             State::Ended { .. } => None,
         });
-        present.into_iter().chain([self.next_report]).min()
+        present.chain([self.next_report]).min()
     }
 }
 
@@ -239,6 +243,42 @@ mod tests {
         }
         assert_eq!(sent, sends);
         assert_eq!(ends, Some((outcome.0, outcome.1.to_owned())));
+    }
+
+    /// The shipped skill.
+    #[test]
+    fn a_task_along_a_leg_runs_until_the_order_to_end_beside_another_one() {
+        let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../config/skills/camera_by_distance.toml");
+        let camera = DeclaredSkill::read(&Source::read(shipped.as_ref()).unwrap()).unwrap();
+        let mut tasks = Tasks::of(&DeclaredSkills::of(vec![camera, tasks().skills.all()[0].clone()]));
+        let films = |cancel| {
+            let inputs = vec![v1::TaskValue { name: "every_m".into(), value: 12.0 }];
+            v1::TaskOrder { request_id: "c".into(), skill: "camera_by_distance".into(), inputs, cancel }
+        };
+        let mut sent = Vec::new();
+        for second in 0..100 {
+            let (now, mut effects) = (Time::after(Duration::from_secs(second)), Vec::new());
+            match second {
+                0 => _ = tasks.order(films(false), now),
+                10 => _ = tasks.order(order(false), now),
+                99 => sent.extend(tasks.order(films(true), now)),
+                _ => {}
+            }
+            let said = sent.len();
+            tasks.act(true, now, &mut sent, &mut effects);
+            for said in &sent[said..] {
+                let Said::Command { command, .. } = said else { panic!("{said:?}") };
+                tasks.acknowledged(Ack { command: command.command, result: 0, target: (0, 0) }, now);
+            }
+            let expected = if second < 99 { TaskState::Running } else { TaskState::Ended };
+            assert_eq!(tasks.report("camera_by_distance", 1).state(), expected, "{second} s");
+        }
+        let params =
+            |said: &Said| if let Said::Command { command, .. } = said { command.params } else { [f32::NAN; 7] };
+        let [films, lowers, ends] = sent.iter().map(params).collect::<Vec<_>>()[..] else { panic!("{sent:?}") };
+        assert_eq!(films, [12.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!((lowers[2], ends), (7.0, [0.0; 7]));
+        assert_eq!(tasks.report("lower", 1).outcome, "done");
     }
 
     #[test]

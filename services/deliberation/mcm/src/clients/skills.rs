@@ -3,11 +3,14 @@
 //! A halt and a start of the same wake become one request, "start B, replacing A", so that the vehicle does not loiter
 //! in between; a halt alone becomes a cancellation.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use domain::fmu::FlightMode;
 use domain::skill::{Goal, SkillEvent, SkillOutcome, SkillPhase};
+use domain::task::TaskGoal;
 use domain::time::Time;
+use domain::wire::task::along_to_wire;
 use kittiwake_proto::topics::Request;
 use kittiwake_proto::v1;
 use node::CallError;
@@ -70,6 +73,8 @@ enum Claim {
 struct Entry {
     handle: Handle,
     goal: Goal,
+    /// The tasks along it that go on, as far as is known.
+    along: Vec<Arc<TaskGoal>>,
     /// Its request id; empty before it is sent.
     request_id: String,
     /// 0 until the skill manager has given it an id.
@@ -102,6 +107,8 @@ pub(crate) struct Skills {
     last: u64,
     asked_at: Time,
     distance_left_m: f64,
+    /// Why tasks along a flight have failed, until somebody takes it.
+    along_failures: Vec<String>,
     /// As of the last wake.
     sending: Sending,
 }
@@ -111,12 +118,13 @@ impl Skills {
         Skills { instance, ..Skills::default() }
     }
 
-    pub(crate) fn start(&mut self, now: Time, goal: Goal) -> Handle {
+    pub(crate) fn start(&mut self, now: Time, goal: Goal, along: Vec<Arc<TaskGoal>>) -> Handle {
         self.last += 1;
         let handle = Handle(self.last);
         self.entries.push(Entry {
             handle,
             goal,
+            along,
             request_id: String::new(),
             skill_id: 0,
             progress: Progress::Wanted,
@@ -136,6 +144,17 @@ impl Skills {
     /// The progress of a skill; `None` once it is forgotten.
     pub(crate) fn progress(&self, handle: Handle) -> Option<&Progress> {
         self.entries.iter().find(|it| it.handle == handle).map(|it| &it.progress)
+    }
+
+    /// The tasks along a flight that go on; without a handle those of the newest one.
+    pub(crate) fn along(&self, handle: Option<Handle>) -> &[Arc<TaskGoal>] {
+        let is_it = |it: &&Entry| handle.map_or(it.is_held(), |handle| it.handle == handle);
+        self.entries.iter().rev().find(is_it).map_or(&[], |it| &it.along)
+    }
+
+    /// Why tasks along a flight have failed since the last call.
+    pub(crate) fn take_along_failures(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.along_failures)
     }
 
     /// The skill that is flown, or about to be, for the status.
@@ -224,7 +243,23 @@ impl Skills {
         }
     }
 
+    /// A task along a flight is not among those that go on once it has ended.
+    fn on_event_along(&mut self, event: &SkillEvent, outcome: SkillOutcome) {
+        let Some(entry) = self.entries.iter_mut().find(|it| it.request_id == event.request_id) else { return };
+        let before = entry.along.len();
+        entry.along.retain(|it| it.task.skill != event.along);
+        let has_failed = !matches!(outcome, SkillOutcome::Succeeded | SkillOutcome::Cancelled);
+        if has_failed && entry.is_held() && entry.along.len() < before {
+            self.along_failures.push(event.reason.clone());
+        }
+    }
+
     pub(crate) fn on_event(&mut self, now: Time, event: &SkillEvent) {
+        match &event.phase {
+            _ if event.along.is_empty() => {}
+            SkillPhase::Ended(outcome) => return self.on_event_along(event, *outcome),
+            _ => return,
+        }
         let Some(entry) = self.entries.iter_mut().find(|it| it.request_id == event.request_id) else { return };
         if entry.is_over() {
             if entry.skill_id != 0 || matches!(event.phase, SkillPhase::Ended(_)) {
@@ -330,6 +365,7 @@ fn send(entry: &Entry, gave_up_skill_id: u64, sending: Sending, timeout: Duratio
         when_busy: v1::WhenBusy::Replace as i32,
         gave_up_skill_id,
         takes_control: sending.takes_control,
+        along: along_to_wire(&entry.along),
     };
     outbox.call(Purpose::StartSkill(entry.request_id.clone()), Request::Skill(request), timeout);
 }

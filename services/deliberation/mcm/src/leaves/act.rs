@@ -89,7 +89,8 @@ impl Leaf<World> for Act {
         let goal = match &self.what {
             What::Port(port) => {
                 let step = StepGoal::new(ports.read(*port)?.0, world);
-                let run = SkillRun::start(world, step.flown.goal.clone());
+                let along = world.begin_along();
+                let run = SkillRun::start_with(world, step.flown.goal.clone(), along);
                 self.flown = Some(Flown { run, step: Some(step) });
                 return Ok(Status::Running);
             }
@@ -121,13 +122,15 @@ impl Leaf<World> for Act {
             return Err("ticked without having been started".into());
         };
         if let Some(step) = step
-            && step.is_doubtful(world)
             && !run.is_over(world)
-            && step.has_changed(world)
         {
-            run.halt(world);
-            *run = SkillRun::start(world, step.flown.goal.clone());
-            return Ok(Status::Running);
+            let broken = run.broken_along(world);
+            if (step.is_doubtful(world) && step.has_changed(world)) || broken.is_some() {
+                let along = broken.unwrap_or_else(|| run.along(world));
+                run.halt(world);
+                *run = SkillRun::start_with(world, step.flown.goal.clone(), along);
+                return Ok(Status::Running);
+            }
         }
         if let Some(step) = step {
             if let Some(barrier) = step.overdue(world.now()) {

@@ -1,7 +1,10 @@
 //! A skill that a leaf flies: started, watched, given up.
 
+use std::sync::Arc;
+
 use behavior_tree::{LeafResult, Ports, Status};
 use domain::skill::{Goal, SkillOutcome};
+use domain::task::TaskGoal;
 
 use crate::clients::skills::{Handle, Progress, ending};
 use crate::world::World;
@@ -14,8 +17,23 @@ pub(super) struct SkillRun {
 
 impl SkillRun {
     pub(super) fn start(world: &mut World, goal: Goal) -> SkillRun {
+        SkillRun::start_with(world, goal, Vec::new())
+    }
+
+    /// With tasks that go on meanwhile.
+    pub(super) fn start_with(world: &mut World, goal: Goal, along: Vec<Arc<TaskGoal>>) -> SkillRun {
         let lands = goal == Goal::Land;
-        SkillRun { handle: world.start_skill(goal), lands }
+        SkillRun { handle: world.start_skill(goal, along), lands }
+    }
+
+    /// Those of its tasks that may go on, if one of them may not any more.
+    pub(super) fn broken_along(self, world: &mut World) -> Option<Vec<Arc<TaskGoal>>> {
+        world.broken_along(self.handle)
+    }
+
+    /// The tasks along it that go on.
+    pub(super) fn along(self, world: &World) -> Vec<Arc<TaskGoal>> {
+        world.along(self.handle)
     }
 
     /// Its progress: success with its outcome, failure with the reason for any other outcome.

@@ -1,10 +1,14 @@
 //! Whether the state meets a step's precondition or invariant.
 
+use std::sync::Arc;
+
 use domain::plan::Condition;
 use domain::skill::Goal;
+use domain::task::TaskGoal;
 use kittiwake_proto::v1::DeclaredSkill;
 
 use super::World;
+use crate::clients::skills::Handle;
 
 impl World {
     /// The first clause of a precondition that is not met. The mode is not checked before the start, since no skill of
@@ -17,10 +21,51 @@ impl World {
     /// The first clause of an invariant that is not met. The flight mode is checked only once the vehicle was seen in
     /// the mode of the skill that executes.
     pub(crate) fn unmet_invariant(&self, condition: &Condition) -> Option<String> {
-        // Whether its process lives, the skill manager notices; and a monitor that was just started says nothing yet.
-        let told = condition.skill.as_ref().and_then(|name| self.seen.skills.iter().find(|it| it.name == *name));
-        let of_skill = told.map(|it| it.unmet_invariant.clone()).filter(|it| !it.is_empty());
+        let of_skill = condition.skill.as_ref().and_then(|it| self.unmet_invariant_of_skill(it));
         self.first_unmet(condition, self.skills.has_shown_its_mode()).or(of_skill)
+    }
+
+    /// Whether its process lives, the skill manager notices; and a monitor that was just started says nothing yet.
+    fn unmet_invariant_of_skill(&self, name: &str) -> Option<String> {
+        let told = self.seen.skills.iter().find(|it| it.name == name);
+        told.map(|it| it.unmet_invariant.clone()).filter(|it| !it.is_empty())
+    }
+
+    /// The tasks along the present step that go on, or may begin. Of one that may not the objective's failure is noted.
+    pub(crate) fn begin_along(&mut self) -> Vec<Arc<TaskGoal>> {
+        let along = self.planner.flight.step().map_or_else(Vec::new, |(step, ..)| step.along.clone());
+        let may_begin = |goal: &Arc<TaskGoal>| match self.skills.along(None).contains(goal) {
+            true => None,
+            false => self.unmet_of_skill(&goal.task.skill, |it| &it.unmet_precondition),
+        };
+        let unmet: Vec<Option<String>> = along.iter().map(may_begin).collect();
+        self.keep_along(along, unmet, "precondition")
+    }
+
+    /// Those along this flight that may go on, if one of them may not any more.
+    pub(crate) fn broken_along(&mut self, flight: Handle) -> Option<Vec<Arc<TaskGoal>>> {
+        let along = self.skills.along(Some(flight));
+        let unmet: Vec<_> = along.iter().map(|it| self.unmet_invariant_of_skill(&it.task.skill)).collect();
+        if unmet.iter().all(Option::is_none) {
+            return None;
+        }
+        let along = along.to_vec();
+        Some(self.keep_along(along, unmet, "invariant"))
+    }
+
+    pub(crate) fn along(&self, flight: Handle) -> Vec<Arc<TaskGoal>> {
+        self.skills.along(Some(flight)).to_vec()
+    }
+
+    fn keep_along(&mut self, along: Vec<Arc<TaskGoal>>, unmet: Vec<Option<String>>, what: &str) -> Vec<Arc<TaskGoal>> {
+        let mut kept = Vec::new();
+        for (goal, unmet) in along.into_iter().zip(unmet) {
+            match unmet {
+                None => kept.push(goal),
+                Some(unmet) => self.along_failed(format!("{}: {what} not met: {unmet}", goal.task.skill)),
+            }
+        }
+        kept
     }
 
     /// What a declared skill promises and does not hold although it has succeeded.

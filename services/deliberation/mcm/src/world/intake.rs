@@ -56,7 +56,9 @@ impl World {
             Message::SkillEvent(event) => {
                 let event = SkillEvent::try_from(event)?;
                 self.skills.on_event(now, &event);
+                self.skills.take_along_failures().into_iter().for_each(|it| self.along_failed(it));
                 match event.phase {
+                    _ if !event.along.is_empty() => return Ok(()),
                     SkillPhase::Execute => self.skill_flown(),
                     SkillPhase::Ended(SkillOutcome::Preempted) => {
                         self.skill_pre_empted(event.flown_by_other, &event.reason);
@@ -121,7 +123,10 @@ impl World {
             Purpose::SkillTable => {
                 if let Ok(Response::SkillTable(table)) = result {
                     match table.skills.into_iter().map(SkillEvent::try_from).collect::<Result<Vec<_>, _>>() {
-                        Ok(table) => self.skills.on_table(now, &table),
+                        Ok(table) => {
+                            self.skills.on_table(now, &table);
+                            self.skills.take_along_failures().into_iter().for_each(|it| self.along_failed(it));
+                        }
                         Err(invalid) => self.out.outbox.refuse(Service::SkillTable, invalid),
                     }
                 }

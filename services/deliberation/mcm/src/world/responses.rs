@@ -11,6 +11,7 @@ use domain::geometry::Ned;
 use domain::harm::Harm;
 use domain::mission::MissionOutcome;
 use domain::skill::Goal;
+use domain::task::TaskGoal;
 use domain::time::Time;
 
 use super::control::OF_ITS_OWN;
@@ -344,11 +345,11 @@ impl World {
         row.phases.contains(&Phase::OnGround) && (!is_over || ((lasts() || is_new()) && !is_order(name)))
     }
 
-    pub(crate) fn start_skill(&mut self, goal: Goal) -> Handle {
+    pub(crate) fn start_skill(&mut self, goal: Goal, along: Vec<Arc<TaskGoal>>) -> Handle {
         if let Some(response) = &mut self.answer.response {
             response.has_flown = true;
         }
-        self.skills.start(self.now.time, goal)
+        self.skills.start(self.now.time, goal, along)
     }
 
     /// The response lands where the vehicle is, instead of flying elsewhere.

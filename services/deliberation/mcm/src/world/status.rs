@@ -163,7 +163,10 @@ impl World {
     /// The declared skills that the rest of the mission uses.
     pub(super) fn skills_needed(&self) -> Vec<String> {
         let waiting = self.planner.mission.status.objectives.iter().filter(|it| it.progress == Progress::Waiting);
-        let tasks = waiting.flat_map(|it| it.objective.terms.tasks.iter().skip(it.tasks_done));
+        let tasks = waiting.flat_map(|it| {
+            let terms = &it.objective.terms;
+            terms.tasks.iter().skip(it.tasks_done).chain(&terms.along)
+        });
         let names: BTreeSet<&String> = tasks.map(|it| &it.skill).collect();
         names.into_iter().cloned().collect()
     }

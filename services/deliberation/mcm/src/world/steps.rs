@@ -43,7 +43,8 @@ impl World {
     pub(crate) fn step_flown(&mut self, step: &Step) {
         if let Some(state) = self.planning_state() {
             let is_load_gone = !step.releases() && state.gripper == Some(Gripper::Released);
-            let flown = FlownStep { step: step.clone(), state, at: self.mission_now() };
+            let along_failure = self.planner.take_along_failure(step.objective);
+            let flown = FlownStep { step: step.clone(), state, at: self.mission_now(), along_failure };
             self.planner.flown(self.now.time, flown, self.setup.limits.config.retry_pause_s.seconds());
             if is_load_gone && self.planner.is_release_ahead() {
                 self.planner.withdraw("the load is gone that was to be released");
@@ -55,6 +56,13 @@ impl World {
         };
         let text = format!("step {} succeeded{found}", self.step_number());
         self.record(Said::new("step", DecisionKind::StepSucceeded, text));
+    }
+
+    /// A task along the present step has failed. The flight goes on; the planner hears at its end.
+    pub(super) fn along_failed(&mut self, reason: String) {
+        let text = format!("step {}: {reason}; the flight goes on", self.step_number());
+        self.record(Said::new("step", DecisionKind::Note, text));
+        self.planner.along_failed(reason);
     }
 
     pub(crate) fn step_failed(&mut self, reason: String) {

@@ -64,11 +64,12 @@ impl MissionPlanner {
             time: Time::after(now.time.since_start().saturating_sub(since)),
             utc_ms: now.utc_ms - self.pace.to_wall(since).as_millis() as i64,
         };
+        let along_failure = objective.status.along_failure.clone();
         let left_s =
             self.objectives.all().get(self.objectives.current_index()).and_then(|it| self.time_left_s(it, arrived));
         self.conclude(match left_s.filter(|it| *it < 0.0) {
             Some(left_s) => Progress::Failure(format!("reached {:.0} s too late", -left_s)),
-            None => Progress::Success,
+            None => along_failure.map_or(Progress::Success, Progress::Failure),
         });
     }
 

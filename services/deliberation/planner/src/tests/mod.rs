@@ -56,6 +56,8 @@ struct Story {
     notes: Option<v1::PlannerNotes>,
     areas: MissionAreas,
     flown: Vec<FlownStep>,
+    /// Why a task along the next step that is flown fails.
+    along_failure: Option<String>,
     /// How often what was planned for was changed.
     voids: u64,
     /// What is held, and for how long, where that is known.
@@ -106,6 +108,7 @@ impl Story {
             mission: MissionStatus::beginning(&mission),
             notes: None,
             flown: Vec::new(),
+            along_failure: None,
             voids: 0,
             held: Vec::new(),
             too_short: false,
@@ -243,7 +246,7 @@ impl Story {
     /// This step was flown, which left the vehicle so.
     fn flown(&mut self, step: v1::PlanStep, state: v1::PlanningState) {
         let (step, state) = (step.try_into().unwrap(), state.try_into().unwrap());
-        self.flown.push(FlownStep { step, state, at: self.now });
+        self.flown.push(FlownStep { step, state, at: self.now, along_failure: self.along_failure.take() });
     }
 
     /// The mission, with what was flown.

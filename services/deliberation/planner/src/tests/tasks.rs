@@ -15,7 +15,11 @@ fn declared() -> DeclaredSkills {
         );
         DeclaredSkill::read(&Source { path: format!("{name}.toml").into(), text }).unwrap()
     };
-    DeclaredSkills::of(vec![skill("lower", "tries = 2\npower_w = 3600.0"), skill("photo", "")])
+    let stands = skill("read", "vehicle = \"stands\"\npower_w = 3600.0");
+    let flies =
+        "version = 1\nsummary = \"Films\"\nvehicle = \"flies\"\npower_w = 3600.0\noutcome = { done = \"success\" }";
+    let flies = DeclaredSkill::read(&Source { path: "film.toml".into(), text: flies.into() }).unwrap();
+    DeclaredSkills::of(vec![skill("lower", "tries = 2\npower_w = 3600.0"), skill("photo", ""), stands, flies])
 }
 
 /// These tasks are done over (0, 200), in 15 m; then it lands at home.
@@ -110,20 +114,83 @@ fn a_task_that_fails_is_tried_as_often_as_it_is_declared() {
 
 #[test]
 fn time_and_energy_of_tasks_are_forecast() {
-    let forecast = |tasks: &str| {
-        let mut story = story(tasks);
-        let text = v1::MissionText { text: text(tasks), wind: None };
-        let ask = v1::MissionRequest { request: Some(Ask::Validate(text)), ..Default::default() };
+    let forecast = |text: String| {
+        let mut story = story("");
+        let ask = Ask::Validate(v1::MissionText { text, wind: None });
+        let ask = v1::MissionRequest { request: Some(ask), ..Default::default() };
         let reply = story.planner.try_out(&mission(&super::tasks::text("")), ask, story.now);
         let boat = &reply.forecast[0];
         assert!(boat.reachable, "{boat:?}");
         (boat.flight_time_s, boat.energy_wh)
     };
-    let (without, with) = (forecast(""), forecast(BOTH));
+    let (without, with) = (forecast(text("")), forecast(text(BOTH)));
     // 10 s and 2 s a metre each; besides hovering the first takes a watt-hour a second.
     let (time_s, energy_wh) = (with.0 - without.0, with.1 - without.1);
     assert!((time_s - (34.0 + 20.0)).abs() < 5.0, "{time_s} s");
     assert!((energy_wh - 34.0 - 54.0 * 725.0 / 3600.0).abs() < 3.0, "{energy_wh} Wh");
+    // Along the leg it takes as long as that, 20 s for 200 m.
+    let along = forecast(text("along = [{ skill = \"film\" }]"));
+    assert!(along.0 == without.0 && (along.1 - without.1 - 20.0).abs() < 1.0, "{along:?} {without:?}");
+    // On the ground the vehicle takes nothing.
+    let (without, with) = (forecast(landed("")), forecast(landed(READ)));
+    assert!((with.0 - without.0 - 20.0).abs() < 0.1 && (with.1 - without.1 - 20.0).abs() < 0.1, "{with:?} {without:?}");
+}
+
+const READ: &str = "do = [{ skill = \"read\" }]";
+
+/// The same on the ground.
+fn landed(tasks: &str) -> String {
+    text(tasks).replacen("height_m = 15.0\nflying = true", "height_m = 0.0\nflying = false", 1)
+}
+
+#[test]
+fn on_the_ground_a_task_comes_after_the_landing_and_before_the_next_takeoff() {
+    let mut story = Story::of(&landed(READ));
+    story.planner =
+        Planner::new(&Config::for_tests(), &Rules::for_tests().aircraft, Pace::REAL_TIME).with_skills(declared());
+    check(&story.plan(), "1 takeoff 10 m\n2 position 0 200 10\n3 land\n4 read 5");
+    story.fly(3);
+    assert!(story.objectives().starts_with("boat: waiting"), "{}", story.objectives());
+    story.fly(1);
+    assert!(story.objectives().starts_with("boat: success"), "{}", story.objectives());
+    assert!(story.plan().starts_with("5 takeoff"));
+}
+
+#[test]
+fn a_task_along_a_leg_goes_with_its_flights_and_of_a_survey_with_its_lines() {
+    #[track_caller]
+    fn check(objective: &str, expected: &[&str]) {
+        let mut story = story("along = [{ skill = \"film\" }]");
+        let text = text("along = [{ skill = \"film\" }]").replacen("north_m = 0.0\neast_m = 200.0", objective, 1);
+        story.mission = MissionStatus::beginning(&mission(&text));
+        story.plan();
+        let texts: Vec<&str> = story.steps.iter().map(|it| it.text.as_str()).collect();
+        assert_eq!(texts, expected);
+    }
+    check("north_m = 0.0\neast_m = 200.0", &["takeoff by 15 m", "fly to (0, 200, 15) with film"]);
+    check(
+        "survey = { corners_m = [[100, 0], [300, 0], [300, 40], [100, 40]], spacing_m = 20 }",
+        &[
+            "takeoff by 15 m",
+            "fly to (100, 10, 15)",
+            "fly to (300, 10, 15) with film",
+            "fly to (300, 30, 15) with film",
+            "fly to (100, 30, 15) with film",
+        ],
+    );
+}
+
+#[test]
+fn a_task_that_has_failed_along_the_leg_fails_the_objective_at_its_end() {
+    let mut story = story(&format!("along = [{{ skill = \"film\" }}]\n{BOTH}"));
+    story.plan();
+    story.fly(1);
+    story.along_failure = Some("film broke".into());
+    story.fly(3);
+    assert!(story.objectives().starts_with("boat: waiting"), "{}", story.objectives());
+    story.fly(1);
+    assert!(story.objectives().starts_with("boat: failure (film broke)"), "{}", story.objectives());
+    assert!(story.plan().contains("position 0 0 10"));
 }
 
 #[test]
@@ -137,6 +204,12 @@ fn a_mission_with_a_task_that_nothing_does_is_refused() {
         assert_eq!(reply.mistakes.len(), 1, "{reply:?}");
         assert!(reply.mistakes[0].contains(expected), "{reply:?}");
     }
+    check("do = [{ skill = \"film\" }]", "8:7: skill `film` is used while the vehicle flies, not while it hovers");
+    check("do = [{ skill = \"read\" }]", "8:7: skill `read` is used while the vehicle stands, not while it hovers");
+    check(
+        "along = [{ skill = \"photo\" }]",
+        "8:10: skill `photo` is used while the vehicle hovers, not while it flies",
+    );
     check("do = [{ skill = \"dig\" }]", "8:7: there is no declared skill `dig`");
     check("do = [{ skill = \"lower\", length_m = 60 }]", "8:7: `length_m` of skill `lower` is 60, expected 0 to 50");
     // One that comes by another way is not begun.

@@ -21,7 +21,7 @@ mod offboard;
 mod release;
 mod stop;
 mod takeoff;
-mod task;
+pub(crate) mod task;
 
 use forward::Forward;
 
@@ -52,6 +52,11 @@ pub(crate) trait Skill: std::fmt::Debug + Send {
 
     /// Whether its goal is a place or a height in the local frame, which means nothing once the frame has moved.
     fn depends_on_frame(&self) -> bool {
+        false
+    }
+
+    /// Whether it is used by a vehicle that stands: no mode is flown, and nothing is commanded.
+    fn stands(&self) -> bool {
         false
     }
 

@@ -1,6 +1,6 @@
-//! Task: hover over a place while a process of its own carries out a declared skill. docs/skills.md has the exchange with it.
+//! Task: hover over a place, or stand, while a process of its own carries out a declared skill. docs/skills.md has the exchange with it.
 //!
-//! Nothing is commanded: the vehicle hovers when it begins. The order is repeated until the process reports that it has it. What it
+//! Nothing is commanded: the vehicle hovers or stands when it begins. ([`crate::tracks`] has those along a flight.) The order is repeated until the process reports that it has it. What it
 //! reports is believed; the mission manager checks the declared conditions.
 
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use domain::fmu::{Command, FlightMode};
 use domain::skill::Goal;
-use domain::task::{REPEAT, SILENT, TaskGoal};
+use domain::task::{REPEAT, SILENT, Stance, TaskGoal};
 use domain::time::{Pace, Time};
 use kittiwake_proto::v1::{SkillKind, SkillOutcome};
 
@@ -63,6 +63,11 @@ impl Task {
         }
     }
 
+    /// Whether its process has this name for it.
+    pub(crate) fn is_ordered_as(&self, request_id: &str) -> bool {
+        self.request_id == request_id
+    }
+
     fn name(&self) -> &str {
         &self.goal.task.skill
     }
@@ -97,7 +102,13 @@ impl Skill for Task {
     }
 
     fn ready(&mut self, view: &View) -> Ready {
-        Hover::status(view).map_or_else(|not_yet| not_yet, |_| self.hover.ready(view))
+        match (self.goal.stance, view.flying) {
+            (Stance::Hovers, _) => Hover::status(view).map_or_else(|not_yet| not_yet, |_| self.hover.ready(view)),
+            (Stance::Stands, Some(false)) => Ready::Command,
+            (Stance::Stands, Some(true)) => Ready::Refuse("the vehicle does not stand on the ground".to_owned()),
+            (Stance::Stands, None) => Ready::Require("land detector"),
+            (Stance::Flies, _) => Ready::Refuse("a task along a flight is requested with that".to_owned()),
+        }
     }
 
     fn command(&self, _: usize) -> Option<Command> {
@@ -109,7 +120,11 @@ impl Skill for Task {
     }
 
     fn depends_on_frame(&self) -> bool {
-        true
+        !self.stands()
+    }
+
+    fn stands(&self) -> bool {
+        self.goal.stance == Stance::Stands
     }
 
     fn execute(&mut self, now: Time) {

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use domain::fmu::Command;
 use domain::geometry::Ned;
 use domain::skill::Goal;
-use domain::task::{Task, TaskGoal};
+use domain::task::{Stance, Task, TaskGoal};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::{self, SkillOutcome, TaskState};
 
@@ -14,7 +15,12 @@ use crate::stories::support::rig::{Rig, fly_to};
 const LIMIT_S: f64 = 20.0;
 
 fn winch(interrupt_s: f64) -> Goal {
-    Goal::Task(Arc::new(TaskGoal {
+    Goal::Task(Arc::new(task(Stance::Hovers, interrupt_s)))
+}
+
+fn task(stance: Stance, interrupt_s: f64) -> TaskGoal {
+    TaskGoal {
+        stance,
         over: Ned::new(0.0, 0.0, -10.0),
         task: Task { skill: "winch".into(), inputs: vec![("length_m".into(), 5.0)] },
         estimate_s: 5.0,
@@ -22,7 +28,7 @@ fn winch(interrupt_s: f64) -> Goal {
         limit_s: LIMIT_S,
         interrupt_s,
         succeeds_as: vec!["done".into()],
-    }))
+    }
 }
 
 fn hovering() -> Rig {
@@ -148,4 +154,83 @@ fn it_does_not_begin_where_the_vehicle_does_not_hover() {
     assert_eq!(rig.outcome(skill), SkillOutcome::Failed);
     assert_eq!(rig.reason(skill), "the vehicle does not hover: its mode is offboard");
     assert!(rig.task_orders.is_empty());
+}
+
+/// How the task along a flight has ended, if it has.
+fn ended_along(rig: &Rig) -> Option<(SkillOutcome, &str)> {
+    let ended = rig.events.iter().find(|it| it.along == "winch" && it.state() == v1::SkillState::Ended)?;
+    Some((ended.outcome(), ended.reason.as_str()))
+}
+
+/// An order, and whether it is the one to end.
+fn orders(rig: &Rig) -> Vec<bool> {
+    let mut orders: Vec<bool> = rig.task_orders.iter().map(|it| it.cancel).collect();
+    orders.dedup();
+    orders
+}
+
+#[test]
+fn along_a_flight_it_begins_and_ends_with_that() {
+    let (mut rig, along) = (hovering(), task(Stance::Flies, 0.0));
+    let first = rig.start_with(fly_to(20.0), &along);
+    rig.run(0.5);
+    runs(&mut rig, 2);
+    // The next flight has it too: its process hears nothing.
+    let second = rig.start_with(fly_to(60.0), &along);
+    runs(&mut rig, 2);
+    assert_eq!((rig.outcome(first), orders(&rig)), (SkillOutcome::Aborted, vec![false]));
+    while rig.ending(second).is_none() {
+        runs(&mut rig, 1);
+    }
+    assert_eq!(rig.outcome(second), SkillOutcome::Succeeded);
+    rig.run(1.0);
+    assert_eq!(orders(&rig), [false, true]);
+    assert_eq!(ended_along(&rig), Some((SkillOutcome::Cancelled, "the leg has ended")));
+}
+
+#[test]
+fn a_task_along_a_flight_that_fails_or_is_interrupted_keeps_nobody_waiting() {
+    let (mut rig, along) = (hovering(), task(Stance::Flies, 5.0));
+    let flight = rig.start_with(fly_to(500.0), &along);
+    rig.run(0.5);
+    runs(&mut rig, 1);
+    rig.run(3.0);
+    assert_eq!(ended_along(&rig), Some((SkillOutcome::Failed, "the process of winch has fallen silent")));
+    assert!(rig.ending(flight).is_none(), "the flight goes on");
+
+    let mut rig = hovering();
+    rig.start_with(fly_to(500.0), &along);
+    rig.run(0.5);
+    runs(&mut rig, 1);
+    rig.start(Goal::Land);
+    rig.run(0.2);
+    assert_eq!(rig.autopilot.commands.last(), Some(&Command::Land));
+    assert_eq!(orders(&rig), [false, true]);
+}
+
+#[test]
+fn on_the_ground_nothing_is_commanded_for_it() {
+    #[track_caller]
+    fn check(is_cancelled: bool, expected: SkillOutcome) {
+        let mut rig = Rig::new(Autopilot::default());
+        rig.run(2.0);
+        let skill = rig.start(Goal::Task(Arc::new(task(Stance::Stands, 0.0))));
+        rig.run(0.1);
+        runs(&mut rig, 5);
+        if is_cancelled {
+            rig.cancel(skill).unwrap();
+        } else {
+            report(&mut rig, TaskState::Ended, "done");
+        }
+        assert_eq!(rig.outcome(skill), expected);
+        rig.run(1.0);
+        assert_eq!(rig.autopilot.commands, []);
+        assert_eq!(rig.task_orders.last().is_some_and(|it| it.cancel), is_cancelled);
+    }
+    check(false, SkillOutcome::Succeeded);
+    check(true, SkillOutcome::Cancelled);
+    let mut rig = hovering();
+    let skill = rig.start(Goal::Task(Arc::new(task(Stance::Stands, 0.0))));
+    assert_eq!(rig.outcome(skill), SkillOutcome::Failed);
+    assert_eq!(rig.reason(skill), "the vehicle does not stand on the ground");
 }

@@ -12,7 +12,7 @@ const MAX_ACTIVE: usize = 8;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Skills {
     active: BTreeMap<u64, v1::SkillEvent>,
-    /// The newest skill that has ended.
+    /// The newest skill that has ended, but for tasks along a flight.
     pub(crate) last_ended: Option<v1::SkillEvent>,
     feedback: Option<v1::SkillFeedback>,
 }
@@ -22,7 +22,9 @@ impl Skills {
     pub(crate) fn on_event(&mut self, event: &v1::SkillEvent) {
         if event.state() == v1::SkillState::Ended {
             self.active.remove(&event.skill_id);
-            self.last_ended = Some(event.clone());
+            if event.along.is_empty() {
+                self.last_ended = Some(event.clone());
+            }
             return;
         }
         self.active.insert(event.skill_id, event.clone());
@@ -44,7 +46,9 @@ impl Skills {
 
     /// The skill that flies the vehicle; while none does, the newest that is about to.
     pub(crate) fn running(&self) -> Option<&v1::SkillEvent> {
-        let flies = |it: &&v1::SkillEvent| matches!(it.state(), v1::SkillState::Execute | v1::SkillState::Cancel);
+        let flies = |it: &&v1::SkillEvent| {
+            it.along.is_empty() && matches!(it.state(), v1::SkillState::Execute | v1::SkillState::Cancel)
+        };
         self.active.values().rev().find(flies).or_else(|| self.active.values().next_back())
     }
 

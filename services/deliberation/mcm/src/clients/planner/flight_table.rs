@@ -36,6 +36,7 @@ fn step(id: u64) -> Step {
         ask_ahead: Vec::new(),
         auxiliary: false,
         passed: 0,
+        along: Vec::new(),
         text: String::new(),
     }
 }

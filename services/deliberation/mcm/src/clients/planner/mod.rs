@@ -76,6 +76,8 @@ pub(crate) struct Planner {
     hold: String,
     /// Where the vehicle's local frame had its origin when a plan was asked for last.
     pub(crate) planned_from: Option<Origin>,
+    /// The objective along whose leg a task has failed since a step was flown, and why.
+    along_failure: Option<(u32, String)>,
 }
 
 impl Planner {
@@ -178,6 +180,19 @@ impl Planner {
     pub(crate) fn flown(&mut self, now: Time, flown: FlownStep, first_pause: Duration) {
         self.pauses.end(now, first_pause);
         self.mission.flown.push(flown);
+    }
+
+    /// A task along the present step has failed.
+    pub(crate) fn along_failed(&mut self, reason: String) {
+        if let Some((step, ..)) = self.flight.step() {
+            self.along_failure.get_or_insert((step.objective, reason));
+        }
+    }
+
+    /// Why a task along a leg of this objective has failed, if one has, for the planner: once.
+    pub(crate) fn take_along_failure(&mut self, objective: u32) -> Option<String> {
+        let (failed, reason) = self.along_failure.take()?;
+        (failed == objective).then_some(reason)
     }
 
     pub(crate) fn fail(&mut self, now: Time, reason: String, denials: Vec<Denial>, first_pause: Duration) {

@@ -123,6 +123,7 @@ impl Client {
             ask: Vec::new(),
             ask_ahead: Vec::new(),
             auxiliary: false,
+            along: Vec::new(),
             text: String::new(),
         }
     }
@@ -202,7 +203,7 @@ impl Client {
         let Some((step, ..)) = self.planner.flight.step() else { return };
         let step = (**step).clone();
         self.flown.insert(step.id);
-        let flown = FlownStep { step, state: state(), at: Now { time: self.now, utc_ms: 0 } };
+        let flown = FlownStep { step, state: state(), at: Now { time: self.now, utc_ms: 0 }, along_failure: None };
         self.planner.flown(self.now, flown, SECOND);
         self.untold_steps += 1;
         self.planner.advance();

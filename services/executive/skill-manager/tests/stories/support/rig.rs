@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use domain::geometry::Ned;
 use domain::skill::{Goal, kind_name, outcome_name};
+use domain::task::TaskGoal;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Request, Response};
 use kittiwake_proto::v1::{self, SkillOutcome, SkillState, WhenBusy, vehicle_command::Command};
@@ -93,6 +94,21 @@ impl Rig {
         reply.skill_id
     }
 
+    /// The same with a task that goes on meanwhile.
+    #[track_caller]
+    pub(crate) fn start_with(&mut self, goal: Goal, along: &TaskGoal) -> u64 {
+        self.requests += 1;
+        let reply = self.request(v1::SkillRequest {
+            request_id: format!("r{}", self.requests),
+            goal: Some(goal.into()),
+            when_busy: WhenBusy::Replace as i32,
+            along: vec![along.into()],
+            ..Default::default()
+        });
+        assert_eq!(reply.refusal, "");
+        reply.skill_id
+    }
+
     /// Requests a skill, with all the options.
     pub(crate) fn ask(&mut self, goal: Goal, when_busy: WhenBusy, gave_up_skill_id: u64) -> v1::SkillReply {
         self.requests += 1;
@@ -101,7 +117,7 @@ impl Rig {
             goal: Some(goal.into()),
             when_busy: when_busy as i32,
             gave_up_skill_id,
-            takes_control: false,
+            ..Default::default()
         })
     }
 
@@ -113,8 +129,8 @@ impl Rig {
             request_id: format!("r{}", self.requests),
             goal: Some(goal.into()),
             when_busy: WhenBusy::Replace as i32,
-            gave_up_skill_id: 0,
             takes_control: true,
+            ..Default::default()
         });
         assert_eq!(reply.refusal, "");
         reply.skill_id

@@ -1,0 +1,38 @@
+//! Tasks along a leg: the third track beside action and communication. They accompany each flight over ground to the objective; of a survey
+//! those from its first line on.
+
+use std::sync::Arc;
+
+use domain::plan::Step;
+use domain::task::TaskGoal;
+
+use crate::actions::Action;
+use crate::objectives::Objective;
+use crate::plan::action;
+use crate::rules::Rules;
+
+/// The tasks of an objective, and from where on they go on.
+#[derive(Debug)]
+pub(crate) struct Along {
+    tasks: Vec<Arc<TaskGoal>>,
+    /// The way to the first line of a survey is ahead.
+    is_approach: bool,
+}
+
+impl Along {
+    /// For steps that are planned for `objective` as far as it has come.
+    pub(crate) fn of(objective: &Objective, rules: &Rules) -> Along {
+        let goal = |it| Arc::new(rules.skills.goal(it, objective.goal.position));
+        let is_approach = objective.status.objective.survey.as_ref().is_some_and(|it| it.passed() == 0);
+        Along { tasks: objective.terms().along.iter().map(goal).collect(), is_approach }
+    }
+
+    /// Says so in those steps.
+    pub(crate) fn set(mut self, steps: &mut [Step]) {
+        for step in steps {
+            let accompanies = action(step) == Action::Position && !self.is_approach;
+            step.along = if accompanies { self.tasks.clone() } else { Vec::new() };
+            self.is_approach &= step.passed == 0;
+        }
+    }
+}
