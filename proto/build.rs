@@ -3,7 +3,7 @@
 use prost::Message;
 use std::path::PathBuf;
 
-const FILES: [&str; 11] = [
+const FILES: [&str; 12] = [
     "kittiwake/v1/fmu.proto",
     "kittiwake/v1/health.proto",
     "kittiwake/v1/introspection.proto",
@@ -12,6 +12,7 @@ const FILES: [&str; 11] = [
     "kittiwake/v1/permission.proto",
     "kittiwake/v1/planner.proto",
     "kittiwake/v1/sim.proto",
+    "kittiwake/v1/site.proto",
     "kittiwake/v1/skill.proto",
     "kittiwake/v1/timing.proto",
     "kittiwake/v1/view.proto",

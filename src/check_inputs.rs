@@ -49,7 +49,7 @@ pub fn read(settings: &Settings) -> Result<Inputs, Mistakes> {
     let mut config = read_config(settings)?;
     let skills = DeclaredSkills::read(&config.skills);
     let mission = Source::read(&config.mission).and_then(|it| match &skills {
-        Ok(skills) => Mission::read_with(&it, skills),
+        Ok(skills) => Mission::read_with(&it, skills, Some(&config.control_tower.site_names())),
         Err(_) => Mission::read(&it),
     });
     let behavior = read_behavior(&config);

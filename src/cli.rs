@@ -11,7 +11,7 @@ use crate::airspace::args::AirspaceArgs;
 use crate::backend::Backend;
 use crate::composition::Composition;
 use crate::config::VehicleName;
-use crate::operate::args::{AuditArgs, MissionArgs, PermissionArgs, VehicleArgs, WhyArgs};
+use crate::operate::args::{AuditArgs, MissionArgs, PermissionArgs, SiteArgs, VehicleArgs, WhyArgs};
 use crate::plan::WindArg;
 use crate::run::run_file;
 use crate::service::Service;
@@ -77,6 +77,8 @@ pub enum Command {
     Airspace(AirspaceArgs),
     /// List permissions or decide about them, over the gateway
     Permission(PermissionArgs),
+    /// Report whether a place to land at is ready, over the gateway
+    Site(SiteArgs),
     /// Check the files in which a gateway records orders
     Audit(AuditArgs),
     /// Tell why the vehicle did what it did: its decisions as sentences, each under the one that led to it

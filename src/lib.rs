@@ -88,6 +88,7 @@ pub fn main() -> ExitCode {
         Some(cli::Command::Mission(args)) => operate::mission(&args),
         Some(cli::Command::Airspace(args)) => airspace::airspace(&args),
         Some(cli::Command::Permission(args)) => operate::permission(&args),
+        Some(cli::Command::Site(args)) => operate::site(&args),
         Some(cli::Command::Audit(args)) => operate::audit::audit(&args),
         Some(cli::Command::Why(args)) => operate::why::why(&args),
         Some(cli::Command::Completions(args)) => manual::completions(args.shell),

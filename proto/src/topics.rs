@@ -251,6 +251,8 @@ services! {
     Decide "permission/decide" DecideRequest => DecideReply;
     /// Let the tower grant again although it has lost decisions.
     AcceptLoss "permission/accept_loss" AcceptLossRequest => AcceptLossReply;
+    /// What the party at a site says of its readiness; it holds for every vehicle.
+    SiteReport "site/report" SiteReport => SiteReportReply;
     /// Inject a fault into the simulator.
     Fault "sim/fault" FaultRequest => FaultReply;
 }
@@ -260,7 +262,12 @@ impl Service {
     pub const fn is_order(self) -> bool {
         matches!(
             self,
-            Service::OperatorCommand | Service::Mission | Service::Decide | Service::AcceptLoss | Service::Fault
+            Service::OperatorCommand
+                | Service::Mission
+                | Service::Decide
+                | Service::AcceptLoss
+                | Service::SiteReport
+                | Service::Fault
         )
     }
 }

@@ -103,8 +103,8 @@ impl Files {
     ) -> Result<Files, Mistakes> {
         let (folder, file) = places(setup.config);
         let mission = match setup.mission {
-            Some(path) => read_mission(path, &skills)?,
-            None => read_mission(&folder.join(&sections.mission), &skills)?,
+            Some(path) => read_mission(path, &skills, &sections.control_tower)?,
+            None => read_mission(&folder.join(&sections.mission), &skills, &sections.control_tower)?,
         };
         let of_mission = sections.vehicle_sim.origin.of_mission(mission.origin);
         sections.vehicle_sim.origin = of_mission.map_err(|message| {
@@ -184,6 +184,10 @@ fn read_table(trees: &Path, table: &Path) -> Result<(mcm::LoadedTrees, Contingen
     Ok((trees.load(&table)?, table))
 }
 
-fn read_mission(path: &Path, skills: &DeclaredSkills) -> Result<Mission, Mistakes> {
-    Mission::read_with(&Source::read(path)?, skills)
+fn read_mission(
+    path: &Path,
+    skills: &DeclaredSkills,
+    tower: &control_tower::config::Config,
+) -> Result<Mission, Mistakes> {
+    Mission::read_with(&Source::read(path)?, skills, Some(&tower.site_names()))
 }

@@ -512,6 +512,12 @@ impl Simulation<'_> {
         self.bus.publish(VEHICLE, recorded.clone());
     }
 
+    /// The party at site `wt12` reports the state of its deck.
+    pub fn report_deck(&mut self, deck: v1::Deck) {
+        let report = v1::SiteReport { site: "wt12".to_owned(), deck: deck as i32, ..Default::default() };
+        self.request(Request::SiteReport(report));
+    }
+
     /// The control tower may grant again, although it has forgotten what it had decided; one that has not refuses that.
     pub fn accept_loss(&mut self) {
         self.request(Request::AcceptLoss(v1::AcceptLossRequest { vehicle: VEHICLE.to_owned() }));

@@ -36,6 +36,7 @@ mod pairs;
 mod permission_protocol;
 mod proof;
 mod px4;
+mod readiness;
 mod replay;
 mod responses;
 mod restart;

@@ -1,4 +1,4 @@
-//! The arguments of `kittiwake vehicle`, `mission` and `permission`, a subcommand for each route of the gateway, and of
+//! The arguments of `kittiwake vehicle`, `mission`, `permission` and `site`, a subcommand for each route of the gateway, and of
 //! `kittiwake audit` and `kittiwake why`.
 
 use std::num::NonZeroUsize;
@@ -314,6 +314,55 @@ pub enum PermissionCommand {
     },
 }
 
+/// For `kittiwake site`.
+#[derive(Debug, Args)]
+#[command(after_help = EXIT_CODES)]
+pub struct SiteArgs {
+    #[command(subcommand)]
+    pub what: SiteCommand,
+    #[command(flatten)]
+    pub gateway: GatewayArgs,
+}
+
+/// What is said of a site.
+#[derive(Debug, Subcommand)]
+pub enum SiteCommand {
+    /// Report the state of a site; what is left out stays as it was reported last. It counts for as long as the control tower's
+    /// configuration says
+    #[command(group = clap::ArgGroup::new("state").required(true).multiple(true))]
+    Report {
+        /// The site's name in the control tower's configuration
+        site: String,
+        /// The rotor
+        #[arg(long, group = "state")]
+        rotor: Option<Rotor>,
+        /// The deck
+        #[arg(long, group = "state")]
+        deck: Option<Deck>,
+        /// The wind at the deck in metres per second
+        #[arg(long, value_name = "M/S", group = "state", allow_negative_numbers = true, value_parser = wind)]
+        wind: Option<f64>,
+    },
+}
+
+/// Of a site.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Rotor {
+    /// It stands still
+    Stopped,
+    /// It turns
+    Turning,
+}
+
+/// Of a site.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Deck {
+    /// Nothing and nobody is on it
+    Clear,
+    /// Something or somebody is
+    Occupied,
+}
+
 /// For `kittiwake audit`.
 #[derive(Debug, Args)]
 #[command(
@@ -383,6 +432,11 @@ pub fn relief(text: &str) -> Result<f64, String> {
     found.ok_or_else(|| format!("found `{text}`, expected metres from 0 to 10000"))
 }
 
+fn wind(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|it: &f64| it.is_finite() && 0.0 <= *it);
+    found.ok_or_else(|| format!("found `{text}`, expected metres per second from 0 up"))
+}
+
 fn seconds(text: &str) -> Result<f64, String> {
     let found = text.parse().ok().filter(|it: &f64| it.is_finite() && 0.0 < *it);
     found.ok_or_else(|| format!("found `{text}`, expected seconds above 0"))
@@ -430,6 +484,10 @@ mod tests {
         check("mission import a.plan --out m --relief -1", Some("expected metres from 0"));
         check("mission export m.toml --format kml", Some("possible values: geojson, plan"));
         check("permission grant A --valid-for-s 60", None);
+        check("site report wt12 --rotor stopped --deck clear --wind 6", None);
+        check("site report wt12", Some("required arguments were not provided"));
+        check("site report wt12 --deck closed", Some("possible values: clear, occupied"));
+        check("site report wt12 --wind -1", Some("expected metres per second from 0 up"));
         check("vehicle land-at 1", Some("EAST_M"));
         check("vehicle land-at NaN 0", Some("expected metres"));
         check("permission grant A --valid-for-s -1", Some("expected seconds above 0"));

@@ -1,4 +1,4 @@
-//! `kittiwake vehicle`, `mission`, `permission` and `why`: the gateway's routes as subcommands, for operators
+//! `kittiwake vehicle`, `mission`, `permission`, `site` and `why`: the gateway's routes as subcommands, for operators
 //! and, with `--json`, for scripts.
 //!
 //! Nothing is decided here: the gateway's answer is printed as it is, and the exit code says what kind of
@@ -6,7 +6,7 @@
 
 use serde_json::Value;
 
-use crate::operate::args::{GatewayArgs, MissionArgs, PermissionArgs, VehicleArgs};
+use crate::operate::args::{GatewayArgs, MissionArgs, PermissionArgs, SiteArgs, VehicleArgs};
 use crate::operate::failure::Failure;
 use crate::operate::gateway::Gateway;
 use crate::outcome::Outcome;
@@ -23,6 +23,7 @@ mod mission;
 mod permission;
 mod route;
 pub mod show;
+mod site;
 mod vehicle;
 pub mod why;
 pub mod words;
@@ -69,6 +70,11 @@ pub fn mission(args: &MissionArgs) -> Outcome {
 /// `kittiwake permission`.
 pub fn permission(args: &PermissionArgs) -> Outcome {
     report(&args.gateway, Gateway::find(&args.gateway).and_then(|gateway| permission::run(&args.what, &gateway)))
+}
+
+/// `kittiwake site`.
+pub fn site(args: &SiteArgs) -> Outcome {
+    report(&args.gateway, Gateway::find(&args.gateway).and_then(|gateway| site::run(&args.what, &gateway)))
 }
 
 /// Prints one document, or a text, on standard output; a failure on standard error.

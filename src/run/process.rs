@@ -215,7 +215,12 @@ fn build(service: Service, args: &ProcessArgs, inputs: &Inputs) -> Result<Part, 
         }
         Service::ControlTower => {
             let policy = config.permissions;
-            let tower = ControlTower::new(&config.control_tower, policy, seed, pace, start_number());
+            let mut tower = config.control_tower.clone();
+            if !args.settings.simulated {
+                // A real aircraft lands at real sites: their parties say whether they are ready.
+                tower.sites.iter_mut().for_each(|it| it.simulated = None);
+            }
+            let tower = ControlTower::new(&tower, policy, seed, pace, start_number());
             let tower = if state.is_some() { tower.that_is_stored() } else { tower };
             let tower = match tower_key::of_tower(tower_secret.as_deref(), state.as_deref())? {
                 Some(key) => tower.that_signs_with(key),

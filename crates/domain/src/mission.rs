@@ -5,6 +5,7 @@ mod areas;
 pub mod bounds;
 pub mod feeds;
 mod place;
+mod ready;
 mod site_entry;
 mod sites;
 mod survey;
@@ -33,6 +34,7 @@ pub use areas::MissionAreas;
 use bounds::{LONGEST_NAME, control_character};
 use feeds::FeedEntry;
 use place::OriginEntry;
+use ready::ReadyEntry;
 use site_entry::SiteEntry;
 use sites::{LOWEST_GROUND_M, Place};
 use terms::{Order, Terms};
@@ -280,23 +282,28 @@ impl Mission {
     /// # Errors
     /// The mistakes, each with its place.
     pub fn read(source: &Source) -> Result<Mission, Mistakes> {
-        Mission::read_checked(source, None)
+        Mission::read_checked(source, None, None)
     }
 
-    /// The same with the skills that its tasks may use: each task is checked against its declaration.
+    /// The same with the skills that its tasks may use: each task is checked against its declaration. `ready` names the sites that the
+    /// control tower knows, if that is known.
     ///
     /// # Errors
-    /// As [`Mission::read`], and a task that none of these skills does.
-    pub fn read_with(source: &Source, skills: &DeclaredSkills) -> Result<Mission, Mistakes> {
-        Mission::read_checked(source, Some(skills))
+    /// As [`Mission::read`], a task that none of these skills does, and a place that is to be ready and none of these sites.
+    pub fn read_with(source: &Source, skills: &DeclaredSkills, ready: Option<&[&str]>) -> Result<Mission, Mistakes> {
+        Mission::read_checked(source, Some(skills), ready)
     }
 
-    fn read_checked(source: &Source, skills: Option<&DeclaredSkills>) -> Result<Mission, Mistakes> {
+    fn read_checked(
+        source: &Source,
+        skills: Option<&DeclaredSkills>,
+        ready: Option<&[&str]>,
+    ) -> Result<Mission, Mistakes> {
         if let Some(mistake) = of_another_program(source) {
             return Err(Mistakes(vec![mistake]));
         }
         let file: MissionFile = source.parse()?;
-        let mut check = Checker { source, mistakes: Mistakes::default(), frame: None, skills };
+        let mut check = Checker { source, mistakes: Mistakes::default(), frame: None, skills, ready };
         check.bounds(&file);
         if !check.mistakes.0.is_empty() {
             return Err(check.mistakes);
@@ -305,9 +312,14 @@ impl Mission {
         let objectives: Vec<_> = file.objective.iter().map(|it| check.objective(it)).collect();
         let mut areas: Vec<_> = file.area.iter().map(|it| check.area(it)).collect();
         let mut spans: Vec<_> = file.area.iter().map(AreaEntry::corners_span).collect();
-        for (span, area) in file.volume.as_ref().map(|it| check.volume(it)).unwrap_or_default() {
+        let alternates = check.alternates(&file.site);
+        let of_volume = file.volume.as_ref().map(|it| check.volume(it)).unwrap_or_default();
+        let of_volume = of_volume.into_iter().map(|(span, area)| (span, area, "a part of the volume"));
+        let to_be_ready = check.readiness(&file, &objectives, &alternates).into_iter();
+        let to_be_ready = to_be_ready.map(|(span, area)| (span, area, "the air round a place that is to be ready"));
+        for (span, area, what) in of_volume.chain(to_be_ready) {
             if let Some(other) = file.area.iter().find(|it| *it.name.as_ref() == area.name) {
-                let message = format!("area `{}` has the name of a part of the volume", area.name);
+                let message = format!("area `{}` has the name of {what}", area.name);
                 check.say(Some(other.name.span()), message, "give it another one");
             }
             spans.push(span);
@@ -316,7 +328,6 @@ impl Mission {
         check.distinct("objective", file.objective.iter().map(|it| &it.name));
         check.distinct("area", file.area.iter().map(|it| &it.name));
         let feeds = check.feeds(&file.feed, &file.area);
-        let alternates = check.alternates(&file.site);
         if objectives.is_empty() {
             check.say(None, "a mission without objectives", "add an [[objective]]");
         }
@@ -463,6 +474,8 @@ struct ObjectiveEntry {
     tasks: Vec<Spanned<terms::TaskEntry>>,
     #[serde(default)]
     along: Vec<Spanned<terms::TaskEntry>>,
+    /// Who must be ready before it is landed there.
+    ready: Option<Spanned<ReadyEntry>>,
 }
 
 #[derive(Deserialize)]
@@ -505,6 +518,8 @@ struct Checker<'a> {
     frame: Option<LocalFrame>,
     /// What its tasks may use, if that is known here.
     skills: Option<&'a DeclaredSkills>,
+    /// The sites that the control tower knows, if they are known here.
+    ready: Option<&'a [&'a str]>,
 }
 
 impl Checker<'_> {

@@ -27,7 +27,7 @@ pub struct Permission {
     pub area: String,
     /// Its state.
     pub state: PermissionState,
-    /// Why it was denied or revoked.
+    /// Why it was denied or revoked, or what a grant waits for.
     pub reason: String,
     /// When it expires, in milliseconds since the Unix epoch, UTC.
     pub expires_utc_ms: i64,
@@ -144,7 +144,7 @@ impl fmt::Display for Permission {
             PermissionState::Denied => write!(f, "area {area}: denied{because}"),
             PermissionState::Revoked => write!(f, "area {area}: revoked{because}"),
             PermissionState::Expired => write!(f, "area {area}: expired"),
-            PermissionState::Requested => write!(f, "area {area}: requested"),
+            PermissionState::Requested => write!(f, "area {area}: requested{because}"),
         }
     }
 }
@@ -176,6 +176,7 @@ mod tests {
         }
         check(PermissionState::Denied, "", "area A: denied");
         check(PermissionState::Revoked, "a crane", "area A: revoked (a crane)");
+        check(PermissionState::Requested, "the rotor still turns", "area A: requested (the rotor still turns)");
     }
 
     fn extent() -> impl Strategy<Value = Extent> {

@@ -44,6 +44,19 @@ pub struct Site {
     pub kind: SiteKind,
 }
 
+/// What the name of an area begins with whose grant says that a place is ready to be landed at.
+const READY: &str = "site ";
+
+/// The area round a place to land at that must be ready: the control tower grants it once the party of that site says so.
+pub fn area_of(site: &str) -> String {
+    format!("{READY}{site}")
+}
+
+/// The site whose readiness a grant for this area is.
+pub fn site_of(area: &str) -> Option<&str> {
+    area.strip_prefix(READY)
+}
+
 /// The most sites of a mission: the mission manager looks at all of them again and again while it flies. (ENG: PX4 stores 32 rally
 /// points.)
 pub const MOST_SITES: usize = 32;

@@ -382,7 +382,7 @@ impl Belief {
         }
     }
 
-    /// Returns the permission if it is a new decision.
+    /// Returns the permission if it is a new decision, or says something new about what a grant waits for.
     fn believe(&mut self, now: Now, pace: Pace, permission: Permission) -> Option<Permission> {
         // The end of one that was not heard since the start is reckoned by a clock that may have been set: it limits nothing.
         let before = self.lines.get(&permission.area).filter(|it| it.is_live()).map(|it| &it.value);
@@ -397,15 +397,18 @@ impl Belief {
             expires = expires.min(now.time + pace.wall(Duration::from_millis(left_ms)));
         }
         let stored = stored(now, pace, &permission, expires, same.map(|it| it.stored.clone()));
-        let state = |it: &Permission| (it.state, it.decision);
+        // That it is requested is news only with what a grant waits for.
+        let is_requested = permission.state == PermissionState::Requested;
+        let state = |it: &Permission| (it.state, it.decision, is_requested.then(|| it.reason.clone()));
         let is_new = before.is_none_or(|it| state(&it.permission) != state(&permission));
+        let is_new = is_new && !(is_requested && permission.reason.is_empty());
         self.make_room(&permission.area, now);
         let (area, decision) = (permission.area.clone(), permission.decision);
         let known = self.decided(&area).filter(|it| it.value == decision);
         self.latest.insert(area.clone(), known.unwrap_or(Known::live(decision, now.time)));
         let line = Line { permission: permission.clone(), expires, stored };
         self.lines.insert(area, Known::live(line, now.time));
-        Some(permission).filter(|it| is_new && it.state != PermissionState::Requested)
+        Some(permission).filter(|_| is_new)
     }
 }
 

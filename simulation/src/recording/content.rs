@@ -242,6 +242,7 @@ fn service_of(response: &Response) -> Service {
         Response::Permission(_) => Service::Permission,
         Response::Decide(_) => Service::Decide,
         Response::AcceptLoss(_) => Service::AcceptLoss,
+        Response::SiteReport(_) => Service::SiteReport,
         Response::Fault(_) => Service::Fault,
     }
 }

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::place::Written;
+use super::ready::ReadyEntry;
 use super::{Checker, HIGHEST_M, sites};
 use crate::area::Area;
 use crate::site::{Site, SiteKind};
@@ -22,6 +23,7 @@ pub(super) struct SiteEntry {
     longitude_deg: Option<Spanned<f64>>,
     /// Above the take-off point; without the key at its height.
     height_m: Option<Spanned<f64>>,
+    pub(super) ready: Option<Spanned<ReadyEntry>>,
 }
 
 impl SiteEntry {

@@ -140,7 +140,7 @@ fn try_out(
     state: &State,
     now: Now,
 ) -> Result<Tried, Reply> {
-    let mission = Mission::read_with(&source(text)?, &planner.rules().skills).map_err(mistakes_in_text)?;
+    let mission = Mission::read_with(&source(text)?, &planner.rules().skills, None).map_err(mistakes_in_text)?;
     match planner.misfit(mission.origin) {
         // On the ground the mission waits until the vehicle knows its place.
         Some(Misfit::Unknown) if !state.flying => {}

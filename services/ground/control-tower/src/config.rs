@@ -24,6 +24,71 @@ pub struct Config {
     /// Publications of each ledger, or of one part of a large one, per second of wall time, besides those of changes. From
     /// the contract (`permission.proto`): 1.
     pub ledger_rate_hz: Positive,
+    /// Places that must be ready before the air round them is granted, with distinct names.
+    #[serde(default, rename = "site", deserialize_with = "sites")]
+    pub sites: Vec<Site>,
+}
+
+impl Config {
+    /// The names of its sites.
+    pub fn site_names(&self) -> Vec<&str> {
+        self.sites.iter().map(|it| it.name.as_str()).collect()
+    }
+}
+
+/// A place to land at whose party says whether it is ready, and what that takes; at least one condition.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Site {
+    /// As a mission's `ready` names it.
+    pub name: String,
+    /// Its rotor must be at rest.
+    #[serde(default)]
+    pub rotor_stopped: bool,
+    /// Nothing and nobody may be on its deck.
+    #[serde(default)]
+    pub deck_clear: bool,
+    /// The strongest wind at its deck, in metres per second.
+    pub wind_at_most_m_s: Option<Positive>,
+    /// A report counts for this long, in mission seconds.
+    pub silent_after_s: Positive,
+    /// Without a party, for flights of the simulator: what the site says by itself.
+    pub simulated: Option<Simulated>,
+}
+
+/// What a site says that has no party. A report takes its place, and counts for ever.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Simulated {
+    /// Mission seconds that the rotor takes to stop once somebody asks.
+    pub rotor_stops_s: Positive,
+    /// Whether something is on the deck.
+    pub deck_occupied: bool,
+    /// The wind at the deck.
+    pub wind_m_s: Positive,
+}
+
+/// Longer ones do not fit into the reasons that reach a vehicle.
+const LONGEST_SITE_BYTES: usize = 100;
+
+fn sites<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Site>, D::Error> {
+    let sites = Vec::<Site>::deserialize(deserializer)?;
+    for (index, site) in sites.iter().enumerate() {
+        let Site { name, rotor_stopped, deck_clear, wind_at_most_m_s, .. } = site;
+        let wrong = if name.trim().is_empty() || LONGEST_SITE_BYTES < name.len() {
+            Some(format!("the name of a site has {} bytes, expected 1 to {LONGEST_SITE_BYTES}", name.len()))
+        } else if sites[..index].iter().any(|it| it.name == *name) {
+            Some(format!("two sites with the name `{name}`"))
+        } else if !rotor_stopped && !deck_clear && wind_at_most_m_s.is_none() {
+            Some(format!("site `{name}` has no condition: give it `rotor_stopped`, `deck_clear` or `wind_at_most_m_s`"))
+        } else {
+            None
+        };
+        if let Some(wrong) = wrong {
+            return Err(D::Error::custom(wrong));
+        }
+    }
+    Ok(sites)
 }
 
 fn reason<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {

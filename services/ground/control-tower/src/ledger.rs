@@ -185,10 +185,17 @@ impl Ledger {
         Ok(())
     }
 
-    /// Makes the decisions that are due, and ends the grants that expire.
-    pub(crate) fn advance(&mut self, now: Now, numbers: &mut Numbers, fresh: Expiry) {
-        for Permission { line, .. } in self.permissions.values_mut() {
-            if let Some(next) = permission::on_time(&line.standing, now.time, fresh) {
+    /// Makes the decisions that are due, and ends the grants that expire, and those that hold no longer because something is missing.
+    pub(crate) fn advance(
+        &mut self,
+        now: Now,
+        numbers: &mut Numbers,
+        fresh: Expiry,
+        missing: impl Fn(&str, &Standing) -> Option<String>,
+    ) {
+        for (area, Permission { line, .. }) in &mut self.permissions {
+            let missing = missing(area, &line.standing);
+            if let Some(next) = permission::on_time(&line.standing, now.time, fresh, missing) {
                 line.take(next, || numbers.next(now));
             }
         }
@@ -228,7 +235,7 @@ impl Ledger {
     }
 
     /// Every area with what is known about it.
-    pub(crate) fn lines(&self) -> impl Iterator<Item = (&String, &Line)> {
+    pub(crate) fn lines(&self) -> impl Iterator<Item = (&String, &Line)> + Clone {
         self.permissions.iter().map(|(area, it)| (area, &it.line))
     }
 
@@ -273,8 +280,8 @@ impl Ledger {
 
     fn line(&mut self, area: &str) -> &mut Line {
         let unknown = || {
-            let standing = Standing::Requested { due: None };
             let empty = String::new;
+            let standing = Standing::Requested { due: None, missing: empty() };
             let (request_id, flight, entered_because) = (empty(), empty(), empty());
             let line = Line { standing, request_id, decision: 0, flight, extent: None, entered_because };
             Permission { line, waiting: None, shown: None }
@@ -318,10 +325,10 @@ impl Line {
     pub(crate) fn to_wire(&self, area: &str, now: Time) -> v1::Permission {
         use v1::PermissionState as S;
         let (state, reason, expiry) = match &self.standing {
-            Standing::Requested { .. } => (S::Requested, "", None),
+            Standing::Requested { missing, .. } => (S::Requested, missing.as_str(), None),
             Standing::Granted { expiry, .. } => (S::Granted, "", Some(expiry)),
             Standing::Denied { reason, .. } => (S::Denied, reason.as_str(), None),
-            Standing::Revoked { reason } => (S::Revoked, reason.as_str(), None),
+            Standing::Revoked { reason, .. } => (S::Revoked, reason.as_str(), None),
             Standing::Expired => (S::Expired, "", None),
         };
         v1::Permission {

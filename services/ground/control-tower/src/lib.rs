@@ -11,6 +11,8 @@
 //! knows every grant that is out. A tower that has lost decisions grants nothing until an operator has accepted that; until
 //! then every area can be revoked.
 //!
+//! The air round a site that must be ready is granted only while it is ([`sites`]): that is above policy and operator.
+//!
 //! A grant is for one flight of the vehicle and for the place that was requested: a request for another area of the same name, or in another
 //! flight, is a new one. The tower does not know what lies there, nor where vehicles are, and calls no other service.
 
@@ -31,8 +33,9 @@ use signed_permissions::key::SecretKey;
 use crate::config::Config;
 use crate::ledger::Ledger;
 use crate::numbers::Numbers;
-use crate::permission::{Expiry, Ruling};
+use crate::permission::{Expiry, Ruling, Standing};
 use crate::policy::Policy;
+use crate::sites::Sites;
 use crate::stored::Stored;
 use crate::texts::{MAX_TROUBLE_BYTES, shortened};
 use crate::vehicle::{Rhythm, Vehicle};
@@ -43,6 +46,7 @@ mod numbers;
 mod permission;
 mod persisted;
 pub mod policy;
+mod sites;
 mod stored;
 mod texts;
 mod vehicle;
@@ -65,6 +69,9 @@ pub struct ControlTower {
     /// What a process before has decided, until the first moment at which there is a time.
     restored: Option<Vec<v1::LedgerMemory>>,
     vehicles: BTreeMap<VehicleId, Vehicle>,
+    sites: Sites,
+    /// The moment that it was asked to act last.
+    acted_at: Time,
 }
 
 impl ControlTower {
@@ -81,6 +88,8 @@ impl ControlTower {
             key: None,
             restored: None,
             vehicles: BTreeMap::new(),
+            sites: Sites::new(&config.sites, pace),
+            acted_at: Time::ZERO,
         }
     }
 
@@ -186,6 +195,11 @@ impl ControlTower {
         self.vehicles.retain(|known, it| was_known || known != id || !it.ledger.is_empty());
     }
 
+    fn report(&mut self, now: Now, report: &v1::SiteReport) -> v1::SiteReportReply {
+        let taken = self.sites.report(now.time, report);
+        v1::SiteReportReply { accepted: taken.is_ok(), refusal: taken.err().unwrap_or_default() }
+    }
+
     /// An operator lets the tower grant again.
     fn accept_loss(&mut self, now: Now) -> v1::AcceptLossReply {
         let accepted = self.stored.accept_loss();
@@ -205,6 +219,9 @@ impl ControlTower {
         match v1::Decision::try_from(request.decision) {
             Ok(v1::Decision::Grant) => {
                 self.stored.may_grant()?;
+                if let Some(missing) = self.sites.missing(&request.area, false, now.time) {
+                    return Err(missing);
+                }
                 let valid = request.valid_for_s.map(Positive::try_from).transpose();
                 let valid = valid.map_err(|it| format!("`valid_for_s`: {it}"))?.unwrap_or(self.config.grant_valid_s);
                 Ok(Ruling::Grant { expiry: Expiry::after(now, valid.seconds(), self.pace) })
@@ -256,7 +273,7 @@ impl Node for ControlTower {
     }
 
     fn serves(&self) -> &'static [Service] {
-        &[Service::Permission, Service::Decide, Service::AcceptLoss]
+        &[Service::Permission, Service::Decide, Service::AcceptLoss, Service::SiteReport]
     }
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
@@ -279,6 +296,7 @@ impl Node for ControlTower {
             Request::Permission(it) => Response::Permission(self.request(now, &vehicle, &it)),
             Request::Decide(it) => Response::Decide(self.decide(now, &vehicle, &it)),
             Request::AcceptLoss(_) => Response::AcceptLoss(self.accept_loss(now)),
+            Request::SiteReport(it) => Response::SiteReport(self.report(now, &it)),
             _ => return,
         };
         effects.push(Effect::Reply { token, response });
@@ -287,8 +305,13 @@ impl Node for ControlTower {
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         self.wake(now);
         let fresh = Expiry::after(now, self.config.grant_valid_s.seconds(), self.pace);
+        self.acted_at = now.time;
+        let lines = self.vehicles.values().flat_map(|it| it.ledger.lines());
+        self.sites.pass(now.time, lines.map(|(area, line)| (area, &line.standing)));
         for (id, vehicle) in &mut self.vehicles {
-            vehicle.ledger.advance(now, &mut vehicle.numbers, fresh);
+            vehicle.ledger.advance(now, &mut vehicle.numbers, fresh, |area, standing| {
+                self.sites.missing(area, matches!(standing, Standing::Granted { .. }), now.time)
+            });
             vehicle.ledger.settle(now.time, |decision| self.stored.has(id, decision));
             while let Some(mut part) = vehicle.next_part(now, self.rhythm) {
                 for permission in &mut part.permissions {
@@ -303,7 +326,8 @@ impl Node for ControlTower {
     }
 
     fn deadline(&self) -> Option<Time> {
-        self.vehicles.values().map(|it| it.deadline(self.rhythm)).min()
+        let of_vehicles = self.vehicles.values().map(|it| it.deadline(self.rhythm)).min();
+        of_vehicles.into_iter().chain(self.sites.deadline(self.acted_at)).min()
     }
 }
 

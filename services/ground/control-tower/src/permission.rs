@@ -43,14 +43,14 @@ pub(crate) enum By {
 /// The state of a permission that was requested or decided about.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Standing {
-    /// Requested, not decided. `due` is the policy's decision and its time; `None`: never.
-    Requested { due: Option<(Time, Verdict)> },
+    /// Requested, not decided. `due` is the policy's decision and its time; `None`: never. A grant waits for what is `missing`.
+    Requested { due: Option<(Time, Verdict)>, missing: String },
     /// The area may be entered until the expiry.
     Granted { expiry: Expiry, by: By },
     /// The area may not be entered.
     Denied { reason: String, by: By },
-    /// Was granted, and an operator took the grant back.
-    Revoked { reason: String },
+    /// Was granted, and an operator took the grant back, or a site is no longer ready.
+    Revoked { reason: String, by: By },
     /// Was granted, and the grant has expired.
     Expired,
 }
@@ -66,7 +66,7 @@ impl Standing {
 
     /// Whether an operator has said no.
     pub(crate) fn is_forbidden_by_hand(&self) -> bool {
-        matches!(self, Standing::Denied { by: By::Operator, .. } | Standing::Revoked { .. })
+        matches!(self, Standing::Denied { by: By::Operator, .. } | Standing::Revoked { by: By::Operator, .. })
     }
 
     /// Whether nothing holds at `now`: without it the vehicle has the same rights, and gets an answer when it asks
@@ -110,41 +110,49 @@ pub(crate) fn on_request(
 ) -> Next {
     use Standing as S;
     match before.map(|it| it.at(now)) {
-        None | Some(S::Expired | S::Denied { by: By::Policy, .. }) => {
+        None | Some(S::Expired | S::Denied { by: By::Policy, .. } | S::Revoked { by: By::Policy, .. }) => {
             let due = answer().map(|it| (now + it.after, it.verdict));
-            undecided(S::Requested { due })
+            undecided(S::Requested { due, missing: String::new() })
         }
         // Requested again before the answer: the first answer serves both requests.
-        Some(S::Requested { due }) => undecided(S::Requested { due }),
+        Some(requested @ S::Requested { .. }) => undecided(requested),
         // The vehicle may be in the area: an extension is left neither to chance nor to a delay.
         Some(S::Granted { by: By::Policy, .. }) => decided(S::Granted { expiry: fresh, by: By::Policy }),
         // The operator has set the expiry; another request does not move it.
         Some(S::Granted { expiry, by: By::Operator }) => decided(S::Granted { expiry, by: By::Operator }),
-        Some(S::Denied { reason, by: By::Operator } | S::Revoked { reason }) => {
+        Some(S::Denied { reason, by: By::Operator } | S::Revoked { reason, by: By::Operator }) => {
             decided(S::Denied { reason, by: By::Operator })
         }
     }
 }
 
-/// Time passes; `None`: it changes nothing yet. `fresh` is the expiry of a grant given now.
-pub(crate) fn on_time(before: &Standing, now: Time, fresh: Expiry) -> Option<Next> {
+/// Time passes; `None`: it changes nothing yet. `fresh` is the expiry of a grant given now. No grant is given, or holds on, while
+/// something is `missing`.
+pub(crate) fn on_time(before: &Standing, now: Time, fresh: Expiry, missing: Option<String>) -> Option<Next> {
     use Standing as S;
     match before {
-        S::Requested { due: Some((at, verdict)) } if *at <= now => Some(decided(match verdict {
-            Verdict::Grant => S::Granted { expiry: fresh, by: By::Policy },
-            Verdict::Deny { reason } => S::Denied { reason: reason.clone(), by: By::Policy },
-        })),
+        S::Requested { due: Some((at, Verdict::Deny { reason })), .. } if *at <= now => {
+            Some(decided(S::Denied { reason: reason.clone(), by: By::Policy }))
+        }
+        S::Requested { due: Some((at, Verdict::Grant)), .. } if *at <= now && missing.is_none() => {
+            Some(decided(S::Granted { expiry: fresh, by: By::Policy }))
+        }
+        S::Requested { due, missing: before } => {
+            let missing = missing.unwrap_or_default();
+            (missing != *before).then(|| undecided(S::Requested { due: due.clone(), missing }))
+        }
         // Expiry is not a decision: it answers no request.
         S::Granted { expiry, .. } if expiry.at <= now => Some(undecided(S::Expired)),
-        S::Requested { .. } | S::Granted { .. } | S::Denied { .. } | S::Revoked { .. } | S::Expired => None,
+        S::Granted { .. } => missing.map(|reason| decided(S::Revoked { reason, by: By::Policy })),
+        S::Denied { .. } | S::Revoked { .. } | S::Expired => None,
     }
 }
 
 /// The policy is asked about a request that nothing was to answer: the process that was to do it may be gone.
 pub(crate) fn on_question(before: &Standing, now: Time, answer: impl FnOnce() -> Option<Answer>) -> Option<Next> {
-    let Standing::Requested { due: None } = before else { return None };
+    let Standing::Requested { due: None, missing } = before else { return None };
     let (after, verdict) = answer().map(|it| (it.after, it.verdict))?;
-    Some(undecided(Standing::Requested { due: Some((now + after, verdict)) }))
+    Some(undecided(Standing::Requested { due: Some((now + after, verdict)), missing: missing.clone() }))
 }
 
 /// An operator decides at `now`. `may_be_granted`: decisions were lost, so a grant may be out that nobody knows of.
@@ -160,17 +168,18 @@ pub(crate) fn on_ruling(
         Ruling::Grant { expiry } => S::Granted { expiry, by: By::Operator },
         // The loss of a grant is always a revocation, also when the operator denies: the vehicle may be
         // inside and must leave.
-        Ruling::Deny { reason } if granted => S::Revoked { reason },
+        Ruling::Deny { reason } if granted => S::Revoked { reason, by: By::Operator },
         Ruling::Deny { reason } => S::Denied { reason, by: By::Operator },
-        Ruling::Revoke { reason } if granted => S::Revoked { reason },
+        Ruling::Revoke { reason } if granted => S::Revoked { reason, by: By::Operator },
         Ruling::Revoke { .. } => return Err(NotGranted),
     }))
 }
 
-/// When [`on_time`] will next change this standing.
+/// When [`on_time`] will next change this standing, if what is missing stays the same.
 pub(crate) fn deadline(standing: &Standing) -> Option<Time> {
     match standing {
-        Standing::Requested { due } => due.as_ref().map(|(at, _)| *at),
+        Standing::Requested { due: Some((_, Verdict::Grant)), missing } if !missing.is_empty() => None,
+        Standing::Requested { due, .. } => due.as_ref().map(|(at, _)| *at),
         Standing::Granted { expiry, .. } => Some(expiry.at),
         Standing::Denied { .. } | Standing::Revoked { .. } | Standing::Expired => None,
     }
@@ -203,12 +212,18 @@ mod tests {
     fn named(name: &str) -> Option<Standing> {
         let granted = |s, by| Standing::Granted { expiry: until(s), by };
         let denied = |by| Standing::Denied { reason: "closed".into(), by };
+        let revoked = |by| Standing::Revoked { reason: "closed".into(), by };
+        let requested = |due: Option<(u64, Verdict)>, missing: &str| Standing::Requested {
+            due: due.map(|(s, verdict)| (at(s), verdict)),
+            missing: missing.into(),
+        };
         Some(match name {
             "unknown" => return None,
-            "unanswered" => Standing::Requested { due: None },
-            "grant later" => Standing::Requested { due: Some((at(15), Verdict::Grant)) },
-            "grant due" => Standing::Requested { due: Some((at(NOW_S), Verdict::Grant)) },
-            "denial due" => Standing::Requested { due: Some((at(3), Verdict::Deny { reason: "closed".into() })) },
+            "unanswered" => requested(None, ""),
+            "grant later" => requested(Some((15, Verdict::Grant)), ""),
+            "grant due" => requested(Some((NOW_S, Verdict::Grant)), ""),
+            "grant held back" => requested(Some((NOW_S, Verdict::Grant)), "closed"),
+            "denial due" => requested(Some((3, Verdict::Deny { reason: "closed".into() })), ""),
             "granted" => granted(20, By::Policy),
             "granted afresh" => granted(FRESH_S, By::Policy),
             "granted, out" => granted(NOW_S, By::Policy),
@@ -217,7 +232,8 @@ mod tests {
             "hand-granted, out" => granted(NOW_S, By::Operator),
             "denied" => denied(By::Policy),
             "hand-denied" => denied(By::Operator),
-            "revoked" => Standing::Revoked { reason: "closed".into() },
+            "revoked" => revoked(By::Policy),
+            "hand-revoked" => revoked(By::Operator),
             "expired" => Standing::Expired,
             _ => panic!("no standing is called {name}"),
         })
@@ -244,7 +260,8 @@ mod tests {
         check("hand-granted, out", "grant later", false);
         check("denied", "grant later", false);
         check("hand-denied", "hand-denied", true);
-        check("revoked", "hand-denied", true);
+        check("revoked", "grant later", false);
+        check("hand-revoked", "hand-denied", true);
         check("expired", "grant later", false);
     }
 
@@ -252,7 +269,7 @@ mod tests {
     fn time_in_every_standing() {
         #[track_caller]
         fn check(before: &str, expected: Option<(&str, bool)>) {
-            same(on_time(&named(before).unwrap(), at(NOW_S), until(FRESH_S)), expected);
+            same(on_time(&named(before).unwrap(), at(NOW_S), until(FRESH_S), None), expected);
         }
         check("unanswered", None);
         check("grant later", None);
@@ -265,6 +282,29 @@ mod tests {
         check("hand-denied", None);
         check("revoked", None);
         check("expired", None);
+        check("grant held back", Some(("granted afresh", true)));
+    }
+
+    #[test]
+    fn something_missing_in_every_standing() {
+        #[track_caller]
+        fn check(before: &str, expected: Option<(&str, bool)>) {
+            let before = named(before).unwrap();
+            let next = on_time(&before, at(NOW_S), until(FRESH_S), Some("closed".into()));
+            let after = next.as_ref().map_or(&before, |it| &it.standing);
+            assert!(deadline(after).is_none_or(|it| at(NOW_S) < it), "{after:?} would be looked at again at once");
+            same(next, expected);
+        }
+        check("grant due", Some(("grant held back", false)));
+        check("grant held back", None);
+        check("denial due", Some(("denied", true)));
+        check("granted", Some(("revoked", true)));
+        check("granted, out", Some(("expired", false)));
+        check("hand-granted", Some(("revoked", true)));
+        check("hand-granted, out", Some(("expired", false)));
+        for before in ["denied", "hand-denied", "revoked", "hand-revoked", "expired"] {
+            check(before, None);
+        }
     }
 
     #[test]
@@ -280,8 +320,9 @@ mod tests {
             same(on_ruling(named(before).as_ref(), at(NOW_S), ruling, false).ok(), expected.map(|it| (it, true)));
         }
         let held_no_more = ["granted, out", "hand-granted, out", "expired"];
-        for before in
-            ["unknown", "unanswered", "grant later", "denied", "hand-denied", "revoked"].into_iter().chain(held_no_more)
+        for before in ["unknown", "unanswered", "grant later", "denied", "hand-denied", "revoked", "hand-revoked"]
+            .into_iter()
+            .chain(held_no_more)
         {
             check(before, "grant", Some("hand-granted afresh"));
             check(before, "deny", Some("hand-denied"));
@@ -289,15 +330,15 @@ mod tests {
         }
         for before in ["granted", "hand-granted"] {
             check(before, "grant", Some("hand-granted afresh"));
-            check(before, "deny", Some("revoked"));
-            check(before, "revoke", Some("revoked"));
+            check(before, "deny", Some("hand-revoked"));
+            check(before, "revoke", Some("hand-revoked"));
         }
     }
     #[test]
     fn where_decisions_were_lost_everything_can_be_revoked() {
         for before in ["unknown", "unanswered", "denied", "granted", "expired"] {
             let ruling = Ruling::Revoke { reason: "closed".into() };
-            same(on_ruling(named(before).as_ref(), at(NOW_S), ruling, true).ok(), Some(("revoked", true)));
+            same(on_ruling(named(before).as_ref(), at(NOW_S), ruling, true).ok(), Some(("hand-revoked", true)));
         }
     }
 

@@ -26,8 +26,7 @@ pub(crate) fn to_memory(vehicle: &VehicleId, ledger: &Ledger, numbers: &Numbers)
 fn line_to_memory(area: &str, line: &Line) -> v1::PermissionMemory {
     let (by, granted_for) = match &line.standing {
         Standing::Granted { by, expiry } => (*by, expiry.granted_for),
-        Standing::Denied { by, .. } => (*by, Duration::ZERO),
-        Standing::Revoked { .. } => (By::Operator, Duration::ZERO),
+        Standing::Denied { by, .. } | Standing::Revoked { by, .. } => (*by, Duration::ZERO),
         Standing::Requested { .. } | Standing::Expired => (By::Policy, Duration::ZERO),
     };
     // The time that is left is not stored: it passes, and what is stored changes only with a decision.
@@ -66,10 +65,10 @@ fn line(now: Now, pace: Pace, memory: &v1::PermissionMemory) -> Result<(String, 
     let request_id = shortened(&it.request_id, MAX_REQUEST_ID_BYTES);
     let standing = match it.state() {
         S::Unspecified => return Err(InvalidMessage::Missing("state")),
-        S::Requested => Standing::Requested { due: None },
+        S::Requested => Standing::Requested { due: None, missing: String::new() },
         S::Granted => Standing::Granted { expiry: Expiry::restored(now, it.expires_utc_ms, granted_for, pace), by },
         S::Denied => Standing::Denied { reason: reason(), by },
-        S::Revoked => Standing::Revoked { reason: reason() },
+        S::Revoked => Standing::Revoked { reason: reason(), by },
         S::Expired => Standing::Expired,
     };
     let extent = it.extent.clone().map(Extent::try_from).transpose()?;

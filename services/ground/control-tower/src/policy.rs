@@ -102,6 +102,7 @@ mod tests {
             denial_reason: "closed".into(),
             grant_valid_s: 900.0.try_into().unwrap(),
             ledger_rate_hz: 1.0.try_into().unwrap(),
+            sites: Vec::new(),
         }
     }
 

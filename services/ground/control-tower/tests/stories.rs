@@ -18,6 +18,18 @@ const CONFIG: &str = "
     denial_reason = 'closed'
     grant_valid_s = 900.0
     ledger_rate_hz = 1.0
+    [[site]]
+    name = 'wt12'
+    rotor_stopped = true
+    deck_clear = true
+    wind_at_most_m_s = 10.0
+    silent_after_s = 60.0
+    [[site]]
+    name = 'model'
+    rotor_stopped = true
+    deck_clear = true
+    silent_after_s = 60.0
+    simulated = { rotor_stops_s = 20.0, deck_occupied = false, wind_m_s = 6.0 }
 ";
 
 /// A tower, its clock, and a log of its refusals and of ledgers that changed.
@@ -75,6 +87,14 @@ impl Story {
         self
     }
 
+    /// The party at a site reports.
+    fn report(mut self, site: &str, rotor: v1::Rotor, deck: v1::Deck, wind_m_s: Option<f64>) -> Story {
+        let report = v1::SiteReport { site: site.into(), rotor: rotor as i32, deck: deck as i32, wind_m_s };
+        // It holds for every vehicle, whichever one it is sent to.
+        self.send("uav9", Request::SiteReport(report));
+        self
+    }
+
     fn send(&mut self, vehicle: &str, request: Request) {
         let mut effects = Vec::new();
         self.tower.on(self.now, Event::Request { vehicle: vehicle.into(), token: Token(1), request }, &mut effects);
@@ -109,6 +129,8 @@ impl Story {
                 Effect::Reply { response: Response::AcceptLoss(it), .. } if it.accepted => continue,
                 Effect::Reply { response: Response::AcceptLoss(it), .. } => format!("refused: {}", it.refusal),
                 Effect::Reply { response: Response::Decide(it), .. } => format!("refused: {}", it.refusal),
+                Effect::Reply { response: Response::SiteReport(it), .. } if it.accepted => continue,
+                Effect::Reply { response: Response::SiteReport(it), .. } => format!("refused: {}", it.refusal),
                 Effect::Publish { vehicle, message: Message::PermissionLedger(it) } => {
                     self.published += 1;
                     let vehicle = vehicle.expect("the tower belongs to no vehicle");
@@ -538,4 +560,138 @@ fn a_request_that_does_not_say_for_what_is_refused() {
         "0 refused: `flight` has 65 bytes, more than the 64 that are served",
         "0 refused: `outline` is 0 bytes, expected a SHA-256, 32 bytes",
     ]);
+}
+
+#[test]
+fn a_site_is_granted_while_it_is_ready() {
+    use v1::{Deck, Rotor};
+    Story::of(Policy::Grant)
+        .ask("1", "site wt12")
+        .wait(1.0)
+        .report("wt12", Rotor::Turning, Deck::Occupied, Some(12.0))
+        .wait(1.0)
+        .report("wt12", Rotor::Stopped, Deck::Unspecified, None)
+        .wait(1.0)
+        .report("wt12", Rotor::Unspecified, Deck::Clear, None)
+        .wait(1.0)
+        .report("wt12", Rotor::Unspecified, Deck::Unspecified, Some(10.0))
+        .wait(1.0)
+        .report("wt12", Rotor::Unspecified, Deck::Occupied, None)
+        .wait(1.0)
+        .ask("2", "site wt12")
+        .wait(1.0)
+        .report("wt12", Rotor::Stopped, Deck::Clear, Some(3.0))
+        .expect_log(&[
+            "0 uav1: site wt12 requested (not ready: the rotor was not reported for 60 s) [1, decision 0]",
+            "1 uav1: site wt12 requested (not ready: the rotor still turns) [1, decision 0]",
+            "2 uav1: site wt12 requested (not ready: the deck is occupied) [1, decision 0]",
+            "3 uav1: site wt12 requested (not ready: the wind at the deck is above 10 m/s) [1, decision 0]",
+            "4 uav1: site wt12 granted until 904 [1, decision 1]",
+            "5 uav1: site wt12 revoked (not ready: the deck is occupied) [1, decision 2]",
+            "6 uav1: site wt12 requested (not ready: the deck is occupied) [2, decision 2]",
+            "7 uav1: site wt12 granted until 907 [2, decision 3]",
+        ]);
+}
+
+#[test]
+fn a_site_whose_party_is_silent_is_not_ready() {
+    use v1::{Deck, Rotor};
+    Story::of(Policy::Grant)
+        .report("wt12", Rotor::Stopped, Deck::Clear, Some(3.0))
+        .wait(10.0)
+        .ask("1", "site wt12")
+        .wait(30.0)
+        .report("wt12", Rotor::Stopped, Deck::Unspecified, Some(3.0))
+        .wait(50.0)
+        .expect_log(&[
+            "10 uav1: site wt12 granted until 910 [1, decision 1]",
+            "60 uav1: site wt12 revoked (not ready: the deck was not reported for 60 s) [1, decision 2]",
+        ]);
+}
+
+#[test]
+fn nobody_grants_a_site_that_is_not_ready_or_not_known() {
+    use v1::{Decision, Deck, Rotor};
+    Story::of(Policy::Silent)
+        .decide(Decision::Grant, "site wt12")
+        .report("wt12", Rotor::Stopped, Deck::Clear, Some(3.0))
+        .ask("1", "site wt12")
+        .wait(1.0)
+        .decide(Decision::Grant, "site wt12")
+        .wait(1.0)
+        .report("wt12", Rotor::Turning, Deck::Clear, Some(3.0))
+        .ask("2", "site wt12")
+        .report("wt12", Rotor::Stopped, Deck::Clear, Some(3.0))
+        .expect_log(&[
+            "0 refused: not ready: the rotor was not reported for 60 s",
+            "0 uav1: site wt12 requested [1, decision 0]",
+            "1 uav1: site wt12 granted until 901 [1, decision 1]",
+            "2 uav1: site wt12 revoked (not ready: the rotor still turns) [1, decision 2]",
+            "2 uav1: site wt12 requested (not ready: the rotor still turns) [2, decision 2]",
+            "2 uav1: site wt12 requested [2, decision 2]",
+        ]);
+    Story::of(Policy::Grant)
+        .ask("1", "site wt21")
+        .report("wt21", Rotor::Stopped, Deck::Clear, None)
+        .report("wt12", Rotor::Stopped, Deck::Clear, Some(f64::NAN))
+        .decide(Decision::Grant, "site wt21")
+        .expect_log(&[
+            "0 uav1: site wt21 requested (the control tower knows no site `wt21`) [1, decision 0]",
+            "0 refused: the control tower knows no site `wt21`",
+            "0 refused: found `wind_m_s` NaN, expected metres per second from 0 up",
+            "0 refused: the control tower knows no site `wt21`",
+        ]);
+}
+
+#[test]
+fn a_simulated_site_stops_its_rotor_for_whoever_asks_and_a_report_counts_for_ever() {
+    use v1::{Deck, Rotor};
+    Story::of(Policy::Grant)
+        .wait(100.0)
+        .ask("1", "site model")
+        .wait(100.0)
+        .report("model", Rotor::Unspecified, Deck::Occupied, None)
+        .wait(100.0)
+        .ask("2", "site model")
+        .wait(100.0)
+        .report("model", Rotor::Unspecified, Deck::Clear, None)
+        .expect_log(&[
+            "100 uav1: site model requested (not ready: the rotor still turns) [1, decision 0]",
+            "120 uav1: site model granted until 1020 [1, decision 1]",
+            "200 uav1: site model revoked (not ready: the deck is occupied) [1, decision 2]",
+            "300 uav1: site model requested (not ready: the rotor still turns) [2, decision 2]",
+            "320 uav1: site model requested (not ready: the deck is occupied) [2, decision 2]",
+            "400 uav1: site model granted until 1300 [2, decision 3]",
+        ]);
+}
+
+#[test]
+fn a_grant_of_the_tower_before_holds_until_a_report_is_overdue() {
+    use v1::{Deck, Rotor};
+    let granted = || {
+        let story = Story::of(Policy::Grant).report("wt12", Rotor::Stopped, Deck::Clear, Some(3.0));
+        story.ask("1", "site wt12").ask("2", "site model").wait(25.0).restart(Policy::Grant, 1, |_| {})
+    };
+    let last = |story: Story| story.log.last().cloned().unwrap_or_default();
+    let holds = "site model granted until 920 [2, decision 1]; site wt12 granted until 900 [1, decision 1]";
+    assert_eq!(last(granted().wait(59.0)), format!("20 uav1: {holds}"));
+    let revoked = "site wt12 revoked (not ready: the rotor was not reported for 60 s) [1, decision 2]";
+    assert!(last(granted().wait(61.0)).ends_with(revoked));
+    let turning = granted().report("wt12", Rotor::Turning, Deck::Unspecified, None);
+    assert!(last(turning).ends_with("site wt12 revoked (not ready: the rotor still turns) [1, decision 2]"));
+}
+
+#[test]
+fn a_site_without_a_condition_or_with_the_name_of_another_is_a_mistake() {
+    #[track_caller]
+    fn check(find: &str, replace: &str, expected: &str) {
+        assert!(CONFIG.contains(find));
+        let error = toml::from_str::<Config>(&CONFIG.replacen(find, replace, 1)).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    check("'model'", "'wt12'", "two sites with the name `wt12`");
+    check("'model'", "''", "the name of a site has 0 bytes, expected 1 to 100");
+    check("    rotor_stopped = true\n    deck_clear = true\n    silent", "    silent", "site `model` has no condition");
+    check("silent_after_s = 60.0\n    [[site]]", "[[site]]", "missing field `silent_after_s`");
+    check("rotor_stopped = true", "rotor_stoped = true", "unknown field `rotor_stoped`");
 }

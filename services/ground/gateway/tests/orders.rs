@@ -155,6 +155,7 @@ async fn each_order_reaches_the_service_it_is_for() {
             r#"{"decision":"DECISION_DENY","reason":"fog"}"#,
             "permission/decide",
         ),
+        ("POST", "sites/wt12/report", "tower", r#"{"rotor":"ROTOR_STOPPED","windMS":6.0}"#, "site/report"),
         ("POST", "mission/validate", "operator", r#"{"text":"x"}"#, "mission/request"),
         ("PUT", "mission", "operator", r#"{"text":"x"}"#, "mission/request"),
         ("POST", "mission/airspace/validate", "operator", r#"{"text":"x"}"#, "mission/request"),

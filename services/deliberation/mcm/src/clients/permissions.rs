@@ -308,14 +308,24 @@ impl Permissions {
                 self.send_if_overdue(now, area, outbox);
                 return Asking::Awaited(now + self.limits.permission_answer);
             }
-            _ if undelivered == Some(CallError::Unavailable) => {
-                (DenialKind::Silent, "the control tower is unavailable".to_owned())
-            }
-            _ => (DenialKind::Silent, format!("no answer from the control tower after {tries} tries")),
+            _ => match self.waits_for(area) {
+                // The tower is not silent: it says what is missing.
+                Some(reason) => (DenialKind::Refused, reason.to_owned()),
+                None if undelivered == Some(CallError::Unavailable) => {
+                    (DenialKind::Silent, "the control tower is unavailable".to_owned())
+                }
+                None => (DenialKind::Silent, format!("no answer from the control tower after {tries} tries")),
+            },
         };
         let denial = Denial { area: area.clone(), kind, reason };
         self.requests.insert(area.clone(), PermissionRequest::Denied(denial));
         Asking::Denied
+    }
+
+    /// What a grant of `area` waits for, as the tower says.
+    fn waits_for(&self, area: &str) -> Option<&str> {
+        let requested = self.belief.permission(area).filter(|it| it.state == PermissionState::Requested)?;
+        Some(requested.reason.as_str()).filter(|it| !it.is_empty())
     }
 
     /// `area` is not entered although its permission may be held, for this reason: counts as denied for the step that failed.

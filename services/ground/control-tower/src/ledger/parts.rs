@@ -97,8 +97,10 @@ impl Line {
     /// More than it has on the wire.
     fn most_bytes(&self, area: &str) -> usize {
         let reason = match &self.standing {
-            Standing::Denied { reason, .. } | Standing::Revoked { reason } => reason.len(),
-            Standing::Requested { .. } | Standing::Granted { .. } | Standing::Expired => 0,
+            Standing::Denied { reason, .. }
+            | Standing::Revoked { reason, .. }
+            | Standing::Requested { missing: reason, .. } => reason.len(),
+            Standing::Granted { .. } | Standing::Expired => 0,
         };
         REST_OF_LINE_BYTES
             + area.len()

@@ -64,7 +64,7 @@ impl Tower {
     fn passes<T>(&mut self, happens: impl FnOnce(&mut Tower) -> T) -> T {
         let happened = happens(self);
         let (now, fresh) = (self.now(), self.until(900));
-        self.ledger.advance(now, &mut self.numbers, fresh);
+        self.ledger.advance(now, &mut self.numbers, fresh, |_, _| None);
         self.second += 1;
         happened
     }
@@ -191,7 +191,7 @@ fn a_repeated_request_for_what_was_forgotten_is_answered_anew() {
     let fresh = Expiry::after(Now::default(), Duration::from_secs(900), Pace::REAL_TIME);
     for n in (0..=MAX_AREAS).chain([0]) {
         assert_eq!(ledger.request(Now::default(), &mut numbers, &request(n), fresh, deny), Ok(()));
-        ledger.advance(Now::default(), &mut numbers, fresh);
+        ledger.advance(Now::default(), &mut numbers, fresh, |_, _| None);
     }
     assert!(ledger.permissions.contains_key("area 0") && !ledger.permissions.contains_key("area 1"));
 }

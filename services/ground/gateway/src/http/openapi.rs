@@ -17,7 +17,7 @@ const STAMP: &str = "Stamp";
 const REPEATED: &str = "Chosen by the client. Once an order was carried out or refused for good, the gateway repeats that answer under the \
     same key and does nothing else, for the newest 512 such answers, and the newest 8 of more than 16 KiB. While the first request is under way, after `outcome-unknown` and when the answer is not kept any more, \
     the order is sent again: the mission manager recognises its key, so that it has no second effect. A decision \
-    about a permission, `permissions/accept-loss`, `simulation/flags` and `simulation/faults` reach nobody who recognises a key: they are \
+    about a permission, `permissions/accept-loss`, `sites/{site}/report`, `simulation/flags` and `simulation/faults` reach nobody who recognises a key: they are \
     carried out again.";
 
 /// Describes every route of `table`.

@@ -236,6 +236,7 @@ pub fn obedient(call: &Call) -> Response {
         }),
         Call::Decide(_) => Response::Decide(v1::DecideReply { accepted: true, ..Default::default() }),
         Call::AcceptLoss(_) => Response::AcceptLoss(v1::AcceptLossReply { accepted: true, ..Default::default() }),
+        Call::SiteReport(_) => Response::SiteReport(v1::SiteReportReply { accepted: true, ..Default::default() }),
         Call::Fault(_) => {
             Response::Fault(v1::FaultReply { accepted: true, detail: "done".into(), ..Default::default() })
         }

@@ -34,7 +34,7 @@ type Authorized = Extension<AuthorizedRequest>;
 /// The thing that a path names besides the vehicle.
 #[derive(Deserialize)]
 struct Named {
-    #[serde(alias = "area", alias = "flag")]
+    #[serde(alias = "area", alias = "flag", alias = "site")]
     name: String,
 }
 
@@ -117,6 +117,17 @@ async fn accept_loss(State(site): Shared, Extension(request): Authorized) -> Ans
             site.done(&request, "permission", "the control tower grants again, for every vehicle".to_owned())
         }
         Reply::AcceptLoss(reply) => Err(refused(&request, "permission", reply.refusal)),
+        _ => Err(invalid_reply(&request)),
+    }
+}
+
+async fn report_site(State(site): Shared, Path(it): Path<Named>, Extension(request): Authorized) -> Answer {
+    let report = v1::SiteReport { site: it.name.clone(), ..read(&request.body)? };
+    match site.call(&request, Request::SiteReport(report)).await? {
+        Reply::SiteReport(reply) if reply.accepted => {
+            site.done(&request, "site", format!("site {}: the report is taken, for every vehicle", it.name))
+        }
+        Reply::SiteReport(reply) => Err(refused(&request, "site", reply.refusal)),
         _ => Err(invalid_reply(&request)),
     }
 }

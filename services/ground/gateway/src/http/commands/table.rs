@@ -5,8 +5,8 @@ use prost::Name;
 
 use super::{
     abort, accept_loss, acknowledge, adopt_airspace, decide_permission, decide_plan, hand_over, inject_fault,
-    inject_flag, insert, inspected, land_at, list_faults, pause, read_mission, release, remove, replan, resume,
-    return_home, skip, start, take, upload, validate, validate_airspace,
+    inject_flag, insert, inspected, land_at, list_faults, pause, read_mission, release, remove, replan, report_site,
+    resume, return_home, skip, start, take, upload, validate, validate_airspace,
 };
 use crate::access::Role;
 use crate::http::routes::{Access, Method, READERS, Reply, Route, Routes};
@@ -85,6 +85,11 @@ pub(crate) fn add_to(routes: Routes, simulation: bool) -> Routes {
             route!(Post "permissions/accept-loss" TOWER,
                 "Let the control tower grant again although it has lost earlier decisions", None => DONE),
             accept_loss,
+        )
+        .add(
+            route!(Post "sites/{site}/report" TOWER, "What the party at a site says of its readiness; it holds for every vehicle",
+                Some(v1::SiteReport::NAME) => DONE),
+            report_site,
         )
         .add(
             route!(Get "mission" READERS, "The present mission, from the mission manager",
