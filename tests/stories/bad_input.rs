@@ -136,6 +136,8 @@ fn a_mission_with_a_mistake() {
     let crossed = "[[-90.0, 110.0], [90.0, 110.0], [-90.0, 290.0], [90.0, 290.0]]";
     check(file, corners, crossed, "[[", &["`A` crosses itself"]);
     check(file, "name = \"return\"", "name = \"deliver\"", "\"deliver", &["`deliver`"]);
+    let unknown = ["the control tower knows no site `wt21`", "did you mean `wt12`?"];
+    check(file, "flying = false", "flying = false\nready = { site = \"wt21\" }", "\"wt21", &unknown);
 }
 
 #[test]

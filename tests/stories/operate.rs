@@ -1,4 +1,4 @@
-//! `kittiwake vehicle`, `mission` and `permission` against a system that flies.
+//! `kittiwake vehicle`, `mission`, `permission` and `site` against a system that flies.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -152,6 +152,25 @@ fn a_crew_flies_by_the_command_line() {
     crew.runs("ben", "vehicle resume").expect(0, "goes on with a new plan");
     let Crew { system, .. } = crew;
     system.end().expect(3, &["FAILURE", "SUCCESS"]);
+}
+
+#[test]
+fn the_party_at_a_site_reports_by_the_command_line_and_the_vehicle_waits_for_it() {
+    // As above: the vehicle waits for longer than the commands take.
+    let files = Files::shipped().with("kittiwake.toml", "permission_answer_s = 10.0", "permission_answer_s = 100.0");
+    let config = files.config().to_string_lossy().into_owned();
+    let mission = shipped().join("missions/turbine.toml").to_string_lossy().into_owned();
+    let crew = Crew::start(&["--config", &config, "--mission", &mission, "--speed", "5", "--exit-when-done"]);
+    wait_for("the report", || (crew.runs("tom", "site report wt12 --deck occupied").code == Some(0)).then_some(()));
+    crew.runs("anna", "site report wt12 --deck clear").expect(3, "it needs the role tower");
+    crew.runs("tom", "site report wt21 --deck clear").expect(3, "the control tower knows no site `wt21`");
+    crew.wait_until("the request", |it| it["permissions"][0]["reason"] == "not ready: the deck is occupied");
+    crew.runs("eve", "permission pending").expect(0, "not ready: the deck is occupied");
+    let reported = crew.runs("tom", "site report wt12 --rotor stopped --deck clear --wind 6.5 --json").expect(0, "");
+    assert_eq!(reported.json()["text"], "site wt12: the report is taken, for every vehicle");
+    crew.wait_until("the grant", |it| it["permissions"][0]["state"] == "PERMISSION_STATE_GRANTED");
+    let Crew { system, .. } = crew;
+    system.end().expect(0, &["SUCCESS"]);
 }
 
 #[test]

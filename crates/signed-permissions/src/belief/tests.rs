@@ -236,6 +236,21 @@ fn a_request_that_a_new_tower_hears_takes_no_grant_away() {
 }
 
 #[test]
+fn what_a_grant_waits_for_is_news_once() {
+    let mut belief = belief();
+    let mut check = |s: u64, reason: &str, expected: usize| {
+        let line = Permission { reason: reason.into(), ..state(PermissionState::Requested, 0) };
+        let taken = belief.take(at(s), Pace::REAL_TIME, vec![signed(line)]);
+        assert_eq!((taken.decided.len(), taken.refused), (expected, Vec::new()), "{reason} at {s} s");
+    };
+    check(0, "", 0);
+    check(1, "the rotor still turns", 1);
+    check(2, "the rotor still turns", 0);
+    check(3, "the deck is occupied", 1);
+    check(4, "", 0);
+}
+
+#[test]
 fn without_a_key_all_but_the_signature_counts() {
     let mut belief = knowing(None, &["A"]);
     assert_eq!(take(&mut belief, 0, grant(5)), Ok(()));

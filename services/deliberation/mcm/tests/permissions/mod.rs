@@ -3,7 +3,7 @@
 use domain::skill::Goal;
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::FlightMode::{Loiter, Offboard, Takeoff};
-use kittiwake_proto::v1::PermissionState::{self, Denied, Granted, Revoked};
+use kittiwake_proto::v1::PermissionState::{self, Denied, Granted, Requested, Revoked};
 use kittiwake_proto::v1::SkillOutcome::Succeeded;
 
 use crate::stories::fly;
@@ -75,6 +75,18 @@ fn what_a_revoking_tower_never_answers_is_a_denial_too() {
     }
     let story = rig.story();
     assert!(story.contains("(area A: no answer from the control tower after 3 tries) [\"A\"]"), "{story}");
+}
+
+#[test]
+fn a_tower_that_says_what_a_grant_waits_for_is_not_silent() {
+    let mut rig = half_granted();
+    decide(&mut rig, &[("A", Granted, 100.0, 1), ("B", Requested, 0.0, 0)]);
+    for _ in 0..40 {
+        rig.wait(1.0);
+        rig.vehicle(true, Loiter, (0.0, 100.0, 10.0));
+    }
+    let story = rig.story();
+    assert!(story.contains("(area B: closed) [\"B\"]"), "{story}");
 }
 
 #[test]
