@@ -105,7 +105,7 @@ pub enum Refusal {
 /// What came of a ledger.
 #[derive(Debug, Default, PartialEq)]
 pub struct Taken {
-    /// Decisions that are new.
+    /// Decisions that are new, and requests of which the tower says something new about what their grant waits for.
     pub decided: Vec<Permission>,
     /// Areas whose line was refused.
     pub refused: Vec<(String, Refusal)>,

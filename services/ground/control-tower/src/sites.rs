@@ -58,8 +58,11 @@ impl Sites {
         let Some(site) = self.sites.iter_mut().find(|it| it.config.name == report.site) else {
             return Err(unknown(&report.site));
         };
-        let rotor = v1::Rotor::try_from(report.rotor).map_err(|_| format!("found `rotor` {}", report.rotor))?;
-        let deck = v1::Deck::try_from(report.deck).map_err(|_| format!("found `deck` {}", report.deck))?;
+        let other = |key: &str, found: i32, expected: &str| format!("found `{key}` {found}, expected {expected}");
+        let rotor = v1::Rotor::try_from(report.rotor);
+        let rotor = rotor.map_err(|_| other("rotor", report.rotor, "stopped or turning"))?;
+        let deck = v1::Deck::try_from(report.deck);
+        let deck = deck.map_err(|_| other("deck", report.deck, "clear or occupied"))?;
         if let Some(wind_m_s) = report.wind_m_s.filter(|it| !(it.is_finite() && 0.0 <= *it)) {
             return Err(format!("found `wind_m_s` {wind_m_s}, expected metres per second from 0 up"));
         }
