@@ -26,6 +26,7 @@ const INITIALISED: Duration = Duration::from_millis(2_500);
 const POSITION: Duration = Duration::from_secs(40);
 /// From the end of initialisation until it takes the mode of the switch.
 const SWITCH_READ: Duration = Duration::from_millis(200);
+const RELEASED: &str = "Gripper load released";
 /// A target is given to the vehicle this often, so that it counts as alive.
 const REFRESH: Duration = Duration::from_millis(100);
 
@@ -79,6 +80,8 @@ pub(crate) struct ArduPilot {
     refresh: Time,
     /// A setpoint farther from home than this is dropped, in metres.
     fence_m: f64,
+    /// What its gripper did last. It says so in texts, and only when that changes.
+    gripper: v1::Gripper,
 }
 
 impl ArduPilot {
@@ -96,6 +99,7 @@ impl ArduPilot {
             announced: None,
             refresh: Time::ZERO,
             fence_m: f64::INFINITY,
+            gripper: v1::Gripper::Unspecified,
         }
     }
 
@@ -183,12 +187,14 @@ fn obey(fake: &mut FakeAutopilot, command: u16, params: &[f32; 7], now: Now) -> 
         }
         21 => set_mode(fake, LAND, now),
         211 => {
-            if fake.command(Command::Release(v1::ReleaseCommand {}), now) {
-                0
-            } else {
-                4
+            if own(fake).gripper == v1::Gripper::Released {
+                fake.text(6, RELEASED, now.time);
             }
+            if fake.command(Command::Release(v1::ReleaseCommand {}), now) { 0 } else { 4 }
         }
+        // A winch relaxes, moves by a length, or at a rate. It does not lock.
+        42600 if params[1] <= 2.0 => 0,
+        42600 => 4,
         _ => 3,
     }
 }
@@ -274,6 +280,11 @@ pub(crate) fn fly(fake: &mut FakeAutopilot, now: Now) {
         it.guided = Guided::Holds;
     }
     announce(fake, now.time);
+    let gripper = fake.vehicle.status.gripper();
+    if std::mem::replace(&mut own(fake).gripper, gripper) != gripper {
+        let is_open = gripper == v1::Gripper::Released;
+        fake.text(6, if is_open { RELEASED } else { "Gripper load grabbed" }, now.time);
+    }
     guide(fake, now);
 }
 

@@ -5,6 +5,7 @@ use fake_autopilots::bridged::BRIDGE_DIES;
 use fake_autopilots::wire::Faults;
 use fake_autopilots::{BATTERY_FAILSAFE, Kind};
 use kittiwake_proto::v1::MissionOutcome;
+use simulation::Simulation;
 
 use crate::stories::support::sample;
 
@@ -55,16 +56,37 @@ fn without_the_same_key_on_both_sides_nothing_takes_off() {
     }
 }
 
+/// A flight to a buoy, at which this is done, and back.
+fn to_a_buoy(name: &str, does: &str, kind: Kind, faults: Faults) -> Simulation<'static> {
+    let text = format!(
+        "name = \"gripper\"
+        [[objective]]\nname = \"buoy\"\nnorth_m = 0\neast_m = 100\nheight_m = 10\nflying = true\n{does}
+        [[objective]]\nname = \"home\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n"
+    );
+    let file = crate::stories::support::mission_file(&format!("{name}_{kind:?}"), &text);
+    mission(Some(&file), kind, Policy::Grant, faults, None, None)
+}
+
 #[test]
 fn a_skill_that_is_a_command_is_carried_out_by_the_autopilot() {
-    let text = "name = \"gripper\"
-        [[objective]]\nname = \"buoy\"\nnorth_m = 0\neast_m = 100\nheight_m = 10\nflying = true
-        do = [{ skill = \"gripper_release\" }]
-        [[objective]]\nname = \"home\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n";
     for kind in BOTH {
-        let file = crate::stories::support::mission_file(&format!("gripper_{kind:?}"), text);
-        let mut simulation = mission(Some(&file), kind, Policy::Grant, Faults::default(), None, None);
+        let does = "do = [{ skill = \"gripper_release\" }]";
+        let mut simulation = to_a_buoy("gripper", does, kind, Faults::default());
         let report = fly(&mut simulation);
         assert_success(&simulation, &report);
     }
+}
+
+#[test]
+fn a_load_is_released_over_an_autopilot_that_tells_of_its_gripper() {
+    for faults in [Faults::default(), Faults::LOSSY] {
+        let mut simulation = to_a_buoy("drop", "drop = true", Kind::ArduPilot, faults);
+        let report = fly(&mut simulation);
+        assert_success(&simulation, &report);
+        assert_eq!(simulation.loads_released_at().len(), 1, "{}", simulation.decision_log());
+    }
+    let mut simulation = to_a_buoy("drop", "drop = true", Kind::Px4, Faults::default());
+    let report = fly(&mut simulation);
+    assert_eq!(report.outcome(), MissionOutcome::Failure, "{}", simulation.decision_log());
+    assert!(report.reason.contains("the autopilot reports no gripper"), "{}", report.reason);
 }

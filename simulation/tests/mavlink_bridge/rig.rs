@@ -6,6 +6,7 @@ use std::path::Path;
 use std::rc::Rc;
 use std::time::Duration;
 
+use domain::declared_skill::{DeclaredSkill, DeclaredSkills};
 use domain::geometry::Ned;
 use domain::time::{Now, Pace, Time};
 use fake_autopilots::bridged::Bridged;
@@ -49,6 +50,7 @@ pub(crate) struct Published {
     pub(crate) landed: Option<bool>,
     pub(crate) acks: Vec<v1::VehicleCommandAck>,
     pub(crate) traffic: Option<v1::TransponderReport>,
+    pub(crate) task: Option<v1::TaskReport>,
     pub(crate) count: usize,
 }
 
@@ -67,6 +69,7 @@ impl Published {
                 Message::VehicleLandDetected(it) => self.landed = Some(it.landed),
                 Message::VehicleCommandAck(it) => self.acks.push(it),
                 Message::TransponderReport(it) => self.traffic = Some(it),
+                Message::TaskReport(it) => self.task = Some(it),
                 _ => {}
             }
         }
@@ -126,6 +129,11 @@ impl Rig {
         let mut rig = Rig::new(kind);
         rig.node = rig.node.seen_from_the_ground(station);
         rig
+    }
+
+    /// With a declared skill.
+    pub(crate) fn with_skill(self, skill: DeclaredSkill) -> Rig {
+        Rig { node: self.node.with_skills(&DeclaredSkills::of(vec![skill])), ..self }
     }
 
     pub(crate) fn over(kind: Kind, faults: Faults) -> Rig {

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use domain::declared_skill::DeclaredSkill;
+use domain::file::Source;
 use domain::geodesy::{LatLon, LocalFrame};
 use domain::geometry::Ned;
 use fake_autopilots::bridged::BRIDGE_DIES;
@@ -9,7 +11,7 @@ use fake_autopilots::wire::Faults;
 use fake_autopilots::{
     BATTERY_FAILSAFE, FENCE, Kind, LINK_GAP, OTHER_ARMS, OTHER_SETS_MODE, OTHER_SETS_TARGET, RESTART,
 };
-use kittiwake_proto::v1::{self, FlightMode, vehicle_command::Command};
+use kittiwake_proto::v1::{self, FlightMode, TaskState, vehicle_command::Command};
 
 use crate::stories::mavlink_bridge::rig::{ARM, DISARM, LAND, LOITER, OFFBOARD, Published, Rig};
 
@@ -61,6 +63,38 @@ fn a_flight_from_the_ground_to_the_ground() {
             assert!(rig.position().distance_m(home) < 1.0, "{kind:?}: {}", rig.position());
         }
     }
+}
+
+#[test]
+fn a_winch_that_is_interrupted_stops_or_it_is_said_that_it_goes_on() {
+    /// How a task ends that is interrupted after three seconds, by this action of DO_WINCH.
+    #[track_caller]
+    fn check(kind: Kind, faults: Faults, action: u8, expected: (&str, &str)) {
+        let text = format!(
+            "version = 1\nsummary = \"Lowers\"\nseconds = 60.0\nlimit_s = 90.0\noutcome = {{ done = \"success\" }}
+            [mavlink]\ncommand = \"DO_WINCH\"\nparams = [1, 1, 9]\ncancel = [1, {action}]"
+        );
+        let skill = DeclaredSkill::read(&Source { path: "lower.toml".into(), text }).unwrap();
+        let mut rig = Rig::over(kind, faults).with_skill(skill);
+        rig.airborne();
+        let order =
+            |cancel| v1::TaskOrder { request_id: "r".into(), skill: "lower".into(), cancel, ..Default::default() };
+        rig.tell(order(false));
+        rig.pass(3.0);
+        rig.tell(order(true));
+        let is_ended = |it: &Published| it.task.as_ref().is_some_and(|it| it.state() == TaskState::Ended);
+        assert!(rig.run(Duration::from_secs(10), is_ended), "{:?}", rig.published.task);
+        let report = rig.published.task.unwrap();
+        assert_eq!((report.outcome.as_str(), report.reason.as_str()), expected, "{kind:?}");
+    }
+    const STOPS: u8 = 2;
+    const LOCKS: u8 = 3;
+    for faults in [Faults::default(), Faults::LOSSY] {
+        check(Kind::ArduPilot, faults, STOPS, ("cancelled", ""));
+    }
+    let goes_on = "the command that ends it is refused by the autopilot: failed: it may go on";
+    check(Kind::ArduPilot, Faults::default(), LOCKS, ("error", goes_on));
+    check(Kind::Px4, Faults::default(), STOPS, ("refused", "the command is refused by the autopilot: unsupported"));
 }
 
 #[test]

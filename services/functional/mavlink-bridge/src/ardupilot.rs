@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use domain::fmu::{Command, FlightMode, Setpoint};
+use domain::fmu::{Command, FlightMode, Gripper, Setpoint};
 use domain::geodesy::{AutopilotFrame, LatLon};
 use domain::time::Time;
 
@@ -139,6 +139,15 @@ impl Personality for ArduPilot {
 
     fn failsafe_texts(&self) -> &'static [&'static str] {
         &["ailsafe", "EKF variance", "ence", "Crash", "Terrain", "Vibration", "Dead Reckon"]
+    }
+
+    /// No message has it. A gripper on a servo says so once its servo has had the time to move, and each time that it is commanded again.
+    fn gripper(&self, text: &str) -> Option<Gripper> {
+        match text {
+            "Gripper load grabbed" => Some(Gripper::Holding),
+            "Gripper load released" => Some(Gripper::Released),
+            _ => None,
+        }
     }
 
     fn local_frame(&self, origin: LatLon) -> AutopilotFrame {

@@ -94,7 +94,9 @@ impl Bridge {
             && (heard.is_event() || !flown.order.is_overtaken(frame.id(), frame.sequence(), now.time))
         {
             flown.take_in(&heard, now, effects);
-            if let Heard::Ack(ack) = heard {
+            if let Heard::Ack(ack) = heard
+                && ack.is_ours(flown.system)
+            {
                 self.tasks.acknowledged(ack, now.time);
             }
         }

@@ -15,7 +15,7 @@ use crate::heard::{Ack, Echo, Heard};
 use crate::order::Order;
 use crate::personality::{Personality, Submode};
 use crate::procedure::{Act, Around, Procedure};
-use crate::said::{CommandLong, OUR_COMPONENT, Said, Target, command};
+use crate::said::{CommandLong, Said, Target, command};
 use crate::setpoints::Setpoints;
 use crate::status::Reporter;
 use crate::streams::Streams;
@@ -127,6 +127,7 @@ impl Flown {
             Heard::Target(echo) => self.echoed(*echo, now.time),
             Heard::Text { severity, text } => {
                 tracing::info!(severity, "the autopilot says: {text}");
+                self.vehicle.gripper = self.personality.gripper(text).or(self.vehicle.gripper);
                 self.reporter.has_news = true;
             }
             _ => {}
@@ -160,9 +161,7 @@ impl Flown {
     }
 
     fn acknowledged(&mut self, ack: Ack, now: Time) {
-        // One without a target is of an older autopilot; one for somebody else is not ours.
-        let is_ours = ack.target == (0, 0) || ack.target == (self.system, OUR_COMPONENT);
-        if is_ours {
+        if ack.is_ours(self.system) {
             self.streams.acknowledged(ack);
             if let Some(procedure) = &mut self.procedure {
                 procedure.acknowledged(ack, now);

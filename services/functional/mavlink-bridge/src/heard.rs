@@ -8,6 +8,7 @@ use mavlink::dialects::ardupilotmega::MavMessage;
 use mavlink::{MavlinkVersion, Message as _};
 
 use crate::frame::Frame;
+use crate::said::OUR_COMPONENT;
 
 /// A message that the bridge understands.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,6 +113,25 @@ pub struct Ack {
     pub result: u8,
     /// Whom it is for; zeros: it does not say.
     pub target: (u8, u8),
+}
+
+impl Ack {
+    /// Whether it answers our command to the autopilot of `system`. One without a target is of an older autopilot.
+    pub(crate) fn is_ours(&self, system: u8) -> bool {
+        self.target == (0, 0) || self.target == (system, OUR_COMPONENT)
+    }
+}
+
+/// A MAV_RESULT that is a refusal.
+pub(crate) fn in_words(result: u8) -> &'static str {
+    match result {
+        1 => "temporarily rejected",
+        2 => "denied",
+        3 => "unsupported",
+        4 => "failed",
+        6 => "cancelled",
+        _ => "refused",
+    }
 }
 
 /// SYS_STATUS.

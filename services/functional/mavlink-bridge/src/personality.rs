@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use domain::fmu::{Command, FlightMode, Setpoint};
+use domain::fmu::{Command, FlightMode, Gripper, Setpoint};
 use domain::geodesy::{AutopilotFrame, LatLon};
 use domain::time::Time;
 
@@ -63,6 +63,9 @@ pub(crate) trait Personality: std::fmt::Debug + Send {
 
     /// The texts that come with a failsafe of its own.
     fn failsafe_texts(&self) -> &'static [&'static str];
+
+    /// What the gripper does, where this text says so.
+    fn gripper(&self, text: &str) -> Option<Gripper>;
 
     /// How it maps the Earth about this origin: its metres are not quite ours.
     fn local_frame(&self, origin: LatLon) -> AutopilotFrame;

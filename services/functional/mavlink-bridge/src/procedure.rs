@@ -10,7 +10,7 @@ use domain::fmu::{Command, CommandId, CommandResult};
 use domain::time::Time;
 
 use crate::config::Config;
-use crate::heard::Ack;
+use crate::heard::{Ack, in_words};
 use crate::personality::{Personality, Submode};
 use crate::said::{CommandLong, Said, command};
 use crate::vehicle::{Vehicle, landed};
@@ -253,14 +253,7 @@ enum Progress {
 
 /// Why a command was refused, in the autopilot's words where it has any.
 fn refusal(result: u8, vehicle: &Vehicle, since: Time, now: Time) -> String {
-    let result = match result {
-        1 => "temporarily rejected",
-        2 => "denied",
-        3 => "unsupported",
-        4 => "failed",
-        6 => "cancelled",
-        _ => "refused",
-    };
+    let result = in_words(result);
     let texts = vehicle.texts.warnings_since(since);
     let unhealthy = vehicle.unhealthy(now);
     match (texts.is_empty(), unhealthy.is_empty()) {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use domain::fmu::{Command, FlightMode, Setpoint};
+use domain::fmu::{Command, FlightMode, Gripper, Setpoint};
 use domain::geodesy::{AutopilotFrame, LatLon};
 use domain::time::Time;
 
@@ -136,6 +136,10 @@ impl Personality for Px4 {
 
     fn failsafe_texts(&self) -> &'static [&'static str] {
         &["Failsafe", "failsafe"]
+    }
+
+    fn gripper(&self, _text: &str) -> Option<Gripper> {
+        None
     }
 
     fn local_frame(&self, origin: LatLon) -> AutopilotFrame {

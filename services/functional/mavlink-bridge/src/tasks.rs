@@ -16,7 +16,7 @@ use domain::wire::task::task_of_order;
 use kittiwake_proto::v1::{self, TaskState};
 use node::Effect;
 
-use crate::heard::Ack;
+use crate::heard::{Ack, in_words};
 use crate::said::{CommandLong, Said};
 
 /// How often a process reports at least.
@@ -47,12 +47,13 @@ struct Present {
 
 #[derive(Debug, Clone, PartialEq)]
 enum State {
-    /// Sent so often, and again then.
+    /// The command that begins the task, or the one that `ends` it, was sent so often, and is sent again then.
     Sent {
+        ends: bool,
         tries: u8,
         again: Time,
     },
-    /// It was taken.
+    /// The task goes on.
     Acts {
         until: Time,
     },
@@ -69,21 +70,23 @@ impl Tasks {
         Tasks { skills: DeclaredSkills::of(with_command), ..Tasks::default() }
     }
 
-    /// An order has arrived, which may be for another process; what is to be sent at once.
+    /// An order has arrived, which may be for another process; what ends the task before it.
     pub(crate) fn order(&mut self, order: v1::TaskOrder, now: Time) -> Option<Said> {
         let command = self.skills.get(&order.skill)?.payload_command.clone()?;
         let present = self.present.get_mut(&order.skill).filter(|it| it.request_id == order.request_id);
         self.next_report = now;
         match (order.cancel, present) {
-            (true, Some(present)) => present.cancel(),
+            (true, Some(present)) => present.cancel(now),
             (false, None) => {
                 let (request_id, task) = (order.request_id.clone(), task_of_order(order).ok()?);
                 let begun = self.begun(request_id, task, &command, now);
-                self.present.insert(begun.task.skill.clone(), begun);
-                None
+                let before = self.present.insert(begun.task.skill.clone(), begun);
+                let before = before.filter(|it| !matches!(it.state, State::Ended { .. }));
+                return Some(Said::Command { command: before?.cancel?, confirmation: 0 });
             }
-            (true, None) | (false, Some(_)) => None,
+            (true, None) | (false, Some(_)) => {}
         }
+        None
     }
 
     fn begun(&self, request_id: String, task: Task, command: &PayloadCommand, now: Time) -> Present {
@@ -97,7 +100,7 @@ impl Tasks {
             takes: Duration::from_secs_f64(if goal.stance == Stance::Flies { goal.limit_s } else { goal.estimate_s }),
             success: goal.succeeds_as.first().cloned().unwrap_or_default(),
             task,
-            state: State::Sent { tries: 0, again: now },
+            state: State::Sent { ends: false, tries: 0, again: now },
         }
     }
 
@@ -106,16 +109,19 @@ impl Tasks {
         /// MAV_RESULT.
         const ACCEPTED: u8 = 0;
         const IN_PROGRESS: u8 = 5;
-        let is_awaited =
-            |it: &&mut Present| it.command.command == ack.command && matches!(it.state, State::Sent { tries: 1.., .. });
-        if let Some(present) = self.present.values_mut().find(is_awaited) {
-            present.state = match ack.result {
-                ACCEPTED => State::Acts { until: now + present.takes },
-                IN_PROGRESS => State::Sent { tries: 1, again: now + AGAIN },
-                result => ended("refused", format!("the autopilot answers MAV_RESULT {result}")),
-            };
-            self.next_report = now;
-        }
+        let awaits = |it: &Present| match it.state {
+            State::Sent { ends, tries: 1.., .. } => (it.sends(ends).command == ack.command).then_some(ends),
+            _ => None,
+        };
+        let present = self.present.values_mut().find_map(|it| awaits(it).map(|ends| (it, ends)));
+        let Some((present, ends)) = present else { return };
+        present.state = match ack.result {
+            ACCEPTED if ends => ended(CANCELLED, String::new()),
+            ACCEPTED => State::Acts { until: now + present.takes },
+            IN_PROGRESS => State::Sent { ends, tries: 1, again: now + AGAIN },
+            result => present.failed(ends, "refused", &format!("is refused by the autopilot: {}", in_words(result))),
+        };
+        self.next_report = now;
     }
 
     /// Does what is due; `is_heard`: there is an autopilot that could do it.
@@ -164,24 +170,29 @@ impl Tasks {
 }
 
 impl Present {
-    /// Ends; what the autopilot is to be told.
-    fn cancel(&mut self) -> Option<Said> {
-        if matches!(self.state, State::Ended { .. }) {
-            return None;
-        }
-        self.state = ended(CANCELLED, String::new());
-        self.cancel.map(|command| Said::Command { command, confirmation: 0 })
+    /// The command that begins it, or the one that `ends` it.
+    fn sends(&self, ends: bool) -> CommandLong {
+        self.cancel.filter(|_| ends).unwrap_or(self.command)
+    }
+
+    /// Ends it, once the autopilot has acknowledged that.
+    fn cancel(&mut self, now: Time) {
+        self.state = match self.state {
+            State::Ended { .. } | State::Sent { ends: true, .. } => return,
+            _ if self.cancel.is_some() => State::Sent { ends: true, tries: 0, again: now },
+            _ => ended(CANCELLED, String::new()),
+        };
     }
 
     fn act(&mut self, now: Time) -> Option<Said> {
         match self.state {
-            State::Sent { tries, again } if again <= now && TRIES <= tries => {
-                self.state = ended("unanswered", "the autopilot does not acknowledge the command".to_owned());
+            State::Sent { ends, tries, again } if again <= now && TRIES <= tries => {
+                self.state = self.failed(ends, "unanswered", "is not acknowledged by the autopilot");
                 None
             }
-            State::Sent { tries, again } if again <= now => {
-                self.state = State::Sent { tries: tries + 1, again: now + AGAIN };
-                Some(Said::Command { command: self.command, confirmation: tries })
+            State::Sent { ends, tries, again } if again <= now => {
+                self.state = State::Sent { ends, tries: tries + 1, again: now + AGAIN };
+                Some(Said::Command { command: self.sends(ends), confirmation: tries })
             }
             State::Acts { until } if until <= now => {
                 self.state = ended(&self.success, String::new());
@@ -189,6 +200,16 @@ impl Present {
             }
             State::Sent { .. } | State::Acts { .. } | State::Ended { .. } => None,
         }
+    }
+
+    /// The autopilot did not take the command. Where that should have `ended` the task, the payload may go on: people have to know.
+    fn failed(&self, ends: bool, outcome: &str, why: &str) -> State {
+        if !ends {
+            return ended(outcome, format!("the command {why}"));
+        }
+        let why = format!("the command that ends it {why}: it may go on");
+        tracing::warn!("{}: {why}", self.task.skill);
+        ended("error", why)
     }
 }
 
@@ -205,45 +226,51 @@ mod tests {
     fn tasks() -> Tasks {
         let text = "version = 1\nsummary = \"Lowers\"\nseconds = 2.0\nlimit_s = 30.0\noutcome = { done = \"success\" }
             [input.length_m]\nleast = 0.0\nmost = 10.0
-            [mavlink]\ncommand = \"DO_WINCH\"\nparams = [1, 1, \"length_m\", 0.5]\ncancel = [1, 3]";
+            [mavlink]\ncommand = \"DO_WINCH\"\nparams = [1, 1, \"length_m\", 0.5]\ncancel = [1, 2]";
         let skill = DeclaredSkill::read(&Source { path: "lower.toml".into(), text: text.into() }).unwrap();
         Tasks::of(&DeclaredSkills::of(vec![skill]))
     }
 
-    fn order(cancel: bool) -> v1::TaskOrder {
+    fn order(request_id: &str, cancel: bool) -> v1::TaskOrder {
         let inputs = vec![v1::TaskValue { name: "length_m".into(), value: 7.0 }];
-        v1::TaskOrder { request_id: "r".into(), skill: "lower".into(), inputs, cancel }
+        v1::TaskOrder { request_id: request_id.into(), skill: "lower".into(), inputs, cancel }
     }
 
-    /// What is sent and reported from an order on, by the tenth of a second: it is acknowledged at the second try, or cancelled.
+    /// What is sent and reported from an order on, by the tenth of a second: it is acknowledged with a result, or cancelled.
     #[track_caller]
-    fn check(ack: Option<u8>, cancelled_ms: Option<u64>, sends: &[(u64, [f32; 4])], outcome: (u64, &str)) {
+    fn check(acks: &[(u64, u8)], cancelled_ms: Option<u64>, sends: &[(u64, [f32; 4])], outcome: (u64, &str, &str)) {
         let (mut tasks, mut sent, mut ends) = (tasks(), Vec::new(), None);
         for ms in (0..8_000).step_by(100) {
             let (now, mut says, mut effects) = (Time::after(Duration::from_millis(ms)), Vec::new(), Vec::new());
             if ms == 0 {
-                tasks.order(order(false), now);
+                tasks.order(order("r", false), now);
             }
-            if cancelled_ms == Some(ms) {
-                says.extend(tasks.order(order(true), now));
+            // The skill manager repeats it.
+            if cancelled_ms.is_some_and(|at| at <= ms) {
+                assert_eq!(tasks.order(order("r", true), now), None);
             }
-            if let Some(result) = ack.filter(|_| ms == 1_200) {
-                tasks.acknowledged(Ack { command: 42600, result, target: (0, 0) }, now);
+            for (_, result) in acks.iter().filter(|(at, _)| *at == ms) {
+                tasks.acknowledged(Ack { command: 42600, result: *result, target: (0, 0) }, now);
             }
             tasks.act(true, now, &mut says, &mut effects);
-            for said in says {
-                let Said::Command { command, .. } = said else { panic!("{said:?}") };
-                assert_eq!(command.command, 42600);
-                sent.push((ms, [command.params[0], command.params[1], command.params[2], command.params[3]]));
-            }
+            sent.extend(says.into_iter().map(|it| (ms, params(it))));
             let report = tasks.report("lower", 1);
             if ends.is_none() && report.state() == TaskState::Ended {
-                ends = Some((ms, report.outcome));
+                ends = Some((ms, report.outcome, report.reason));
             }
         }
         assert_eq!(sent, sends);
-        assert_eq!(ends, Some((outcome.0, outcome.1.to_owned())));
+        assert_eq!(ends, Some((outcome.0, outcome.1.to_owned(), outcome.2.to_owned())));
     }
+
+    fn params(said: Said) -> [f32; 4] {
+        let Said::Command { command, .. } = said else { panic!("{said:?}") };
+        assert_eq!(command.command, 42600);
+        std::array::from_fn(|i| command.params[i])
+    }
+
+    const LOWERS: [f32; 4] = [1.0, 1.0, 7.0, 0.5];
+    const STOPS: [f32; 4] = [1.0, 2.0, 0.0, 0.0];
 
     /// The shipped skill.
     #[test]
@@ -260,8 +287,8 @@ mod tests {
             let (now, mut effects) = (Time::after(Duration::from_secs(second)), Vec::new());
             match second {
                 0 => _ = tasks.order(films(false), now),
-                10 => _ = tasks.order(order(false), now),
-                99 => sent.extend(tasks.order(films(true), now)),
+                10 => _ = tasks.order(order("r", false), now),
+                99 => _ = tasks.order(films(true), now),
                 _ => {}
             }
             let said = sent.len();
@@ -283,15 +310,29 @@ mod tests {
 
     #[test]
     fn a_command_is_sent_until_it_is_acknowledged_and_then_takes_its_time() {
-        let lowers = [1.0, 1.0, 7.0, 0.5];
-        check(Some(0), None, &[(0, lowers), (1_000, lowers)], (3_200, "done"));
-        check(Some(4), None, &[(0, lowers), (1_000, lowers)], (1_200, "refused"));
-        check(None, None, &[(0, lowers), (1_000, lowers), (2_000, lowers), (3_000, lowers)], (4_000, "unanswered"));
-        check(
-            Some(0),
-            Some(2_000),
-            &[(0, lowers), (1_000, lowers), (2_000, [1.0, 3.0, 0.0, 0.0])],
-            (2_000, "cancelled"),
-        );
+        let twice = [(0, LOWERS), (1_000, LOWERS)];
+        check(&[(1_200, 0)], None, &twice, (3_200, "done", ""));
+        check(&[(1_200, 4)], None, &twice, (1_200, "refused", "the command is refused by the autopilot: failed"));
+        let four = [0, 1_000, 2_000, 3_000].map(|at| (at, LOWERS));
+        check(&[], None, &four, (4_000, "unanswered", "the command is not acknowledged by the autopilot"));
+    }
+
+    #[test]
+    fn the_command_that_ends_it_is_sent_until_it_is_acknowledged() {
+        let stops = |at: &[u64]| [&[(0, LOWERS)], &*at.iter().map(|at| (*at, STOPS)).collect::<Vec<_>>()].concat();
+        let refused = "the command that ends it is refused by the autopilot: failed: it may go on";
+        let unanswered = "the command that ends it is not acknowledged by the autopilot: it may go on";
+        check(&[(200, 0), (600, 0)], Some(500), &stops(&[500]), (600, "cancelled", ""));
+        check(&[(200, 0), (1_600, 0)], Some(500), &stops(&[500, 1_500]), (1_600, "cancelled", ""));
+        check(&[(200, 0), (600, 4)], Some(500), &stops(&[500]), (600, "error", refused));
+        check(&[(200, 0)], Some(500), &stops(&[500, 1_500, 2_500, 3_500]), (4_500, "error", unanswered));
+    }
+
+    #[test]
+    fn another_order_ends_what_runs_first() {
+        let (mut tasks, now) = (tasks(), Time::ZERO);
+        assert_eq!(tasks.order(order("r", false), now), None);
+        let before = tasks.order(order("s", false), now).map(params);
+        assert_eq!(before, Some(STOPS));
     }
 }

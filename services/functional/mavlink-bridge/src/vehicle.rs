@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use domain::fmu::Gripper;
 use domain::time::Time;
 
 use crate::heard::{Battery, GlobalPosition, Health, Heard, Heartbeat, LocalPosition};
@@ -44,6 +45,8 @@ pub(crate) struct Vehicle {
     pub(crate) disarmed_since: Option<Time>,
     /// When the heartbeat began to report a failsafe.
     pub(crate) critical_since: Option<Time>,
+    /// What the gripper does, once it has said so.
+    pub(crate) gripper: Option<Gripper>,
     /// The texts of the last seconds.
     pub(crate) texts: Texts,
 }
