@@ -34,12 +34,17 @@ fn program() -> PathBuf {
 
 /// Starts the system over an autopilot that was never started before.
 fn start(program: &Path, name: &str, args: &[&str]) -> System {
+    start_with("", program, name, args)
+}
+
+/// The same with further parameters.
+fn start_with(parameters: &str, program: &Path, name: &str, args: &[&str]) -> System {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("arducopter-{name}"));
     // It is there only if an earlier run has left it.
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder");
     let own = folder.join("own.parm");
-    std::fs::write(&own, PARAMETERS).expect("a file");
+    std::fs::write(&own, format!("{PARAMETERS}{parameters}")).expect("a file");
     // The frame and the calibration of its simulated sensors are in its sources, four folders above `build/sitl/bin/arducopter`.
     let sources = program.ancestors().nth(4).expect("a build folder");
     let of_simulator = sources.join("Tools/autotest/default_params/copter.parm");
@@ -81,4 +86,23 @@ fn with_a_silent_tower_it_flies_round_the_first_area_and_comes_home() {
     let program = program();
     let (code, said) = start(&program, "silent", &["--permissions", "silent"]).end();
     assert_eq!(code, Some(3), "{said}");
+}
+
+#[test]
+#[ignore = "needs an arducopter executable: KITTIWAKE_ARDUCOPTER=PATH cargo test --test stories -- --ignored autopilots::"]
+fn its_gripper_is_opened_by_a_declared_skill_or_refuses_and_the_mission_goes_on() {
+    /// How a flight ends that opens the gripper over a place, and what is said.
+    #[track_caller]
+    fn check(name: &str, parameters: &str, code: i32, expected: &str) {
+        let there = "[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 40\nheight_m = 10\nflying = true\n\
+                     do = [{ skill = \"gripper_release\" }]\n";
+        let back = "[[objective]]\nname = \"back\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n";
+        let mission = mission(&format!("real-arducopter-{name}"), &format!("name = \"release\"\n{there}{back}"));
+        let args = ["--mission", mission.to_str().expect("a path")];
+        let (found, said) = start_with(parameters, &program(), name, &args).end();
+        assert_eq!(found, Some(code), "{said}");
+        assert!(said.contains(expected), "`{expected}` is missing: {said}");
+    }
+    check("gripper", "GRIP_ENABLE 1\nGRIP_TYPE 1\nSERVO8_FUNCTION 28\n", 0, "succeeded: released");
+    check("no-gripper", "", 3, "ended as `refused`: the command is refused by the autopilot: failed");
 }

@@ -84,6 +84,12 @@ const ARDUPILOT: &[Expectation] = &[
         "0 for a vehicle without a pilot: else it returns a second after the pulses stop, also from GUIDED",
     ),
     row("DISARM_DELAY", |it| 5.0 <= it || it == 0.0, Some(10.0), "5 s or more: a takeoff follows the arming"),
+    row(
+        "PLND_STRICT",
+        |it| it == 0.0,
+        Some(0.0),
+        "0 where PLND_ENABLED is set: else a landing that loses its target waits for longer than ours may stand still",
+    ),
     row("WPNAV_SPEED", |it| 1000.0 <= it, None, "1000 cm/s or more: the planner counts on it (`cruise_m_s`)"),
 ];
 
