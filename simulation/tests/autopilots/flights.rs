@@ -57,21 +57,21 @@ fn without_the_same_key_on_both_sides_nothing_takes_off() {
 }
 
 /// A flight to a buoy, at which this is done, and back.
-fn to_a_buoy(name: &str, does: &str, kind: Kind, faults: Faults) -> Simulation<'static> {
+fn to_a_buoy(name: &str, does: &str, kind: Kind) -> Simulation<'static> {
     let text = format!(
         "name = \"gripper\"
         [[objective]]\nname = \"buoy\"\nnorth_m = 0\neast_m = 100\nheight_m = 10\nflying = true\n{does}
         [[objective]]\nname = \"home\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n"
     );
     let file = crate::stories::support::mission_file(&format!("{name}_{kind:?}"), &text);
-    mission(Some(&file), kind, Policy::Grant, faults, None, None)
+    mission(Some(&file), kind, Policy::Grant, Faults::default(), None, None)
 }
 
 #[test]
 fn a_skill_that_is_a_command_is_carried_out_by_the_autopilot() {
     for kind in BOTH {
         let does = "do = [{ skill = \"gripper_release\" }]";
-        let mut simulation = to_a_buoy("gripper", does, kind, Faults::default());
+        let mut simulation = to_a_buoy("gripper", does, kind);
         let report = fly(&mut simulation);
         assert_success(&simulation, &report);
     }
@@ -79,13 +79,11 @@ fn a_skill_that_is_a_command_is_carried_out_by_the_autopilot() {
 
 #[test]
 fn a_load_is_released_over_an_autopilot_that_tells_of_its_gripper() {
-    for faults in [Faults::default(), Faults::LOSSY] {
-        let mut simulation = to_a_buoy("drop", "drop = true", Kind::ArduPilot, faults);
-        let report = fly(&mut simulation);
-        assert_success(&simulation, &report);
-        assert_eq!(simulation.loads_released_at().len(), 1, "{}", simulation.decision_log());
-    }
-    let mut simulation = to_a_buoy("drop", "drop = true", Kind::Px4, Faults::default());
+    let mut simulation = to_a_buoy("drop", "drop = true", Kind::ArduPilot);
+    let report = fly(&mut simulation);
+    assert_success(&simulation, &report);
+    assert_eq!(simulation.loads_released_at().len(), 1, "{}", simulation.decision_log());
+    let mut simulation = to_a_buoy("drop", "drop = true", Kind::Px4);
     let report = fly(&mut simulation);
     assert_eq!(report.outcome(), MissionOutcome::Failure, "{}", simulation.decision_log());
     assert!(report.reason.contains("the autopilot reports no gripper"), "{}", report.reason);
