@@ -11,7 +11,7 @@ use crate::airspace::args::AirspaceArgs;
 use crate::backend::Backend;
 use crate::composition::Composition;
 use crate::config::VehicleName;
-use crate::operate::args::{AuditArgs, MissionArgs, PermissionArgs, SiteArgs, VehicleArgs, WhyArgs};
+use crate::operate::args::{AuditArgs, MissionArgs, PermissionArgs, PicturesArgs, SiteArgs, VehicleArgs, WhyArgs};
 use crate::plan::WindArg;
 use crate::run::run_file;
 use crate::service::Service;
@@ -83,6 +83,8 @@ pub enum Command {
     Audit(AuditArgs),
     /// Tell why the vehicle did what it did: its decisions as sentences, each under the one that led to it
     Why(WhyArgs),
+    /// Write the places of the pictures in a recording as CSV or GeoJSON
+    Pictures(PicturesArgs),
     /// List the skills of a vehicle, or examine a process that carries out one of your own
     Skill(SkillArgs),
     /// Print what a shell needs to complete this program's arguments

@@ -91,6 +91,7 @@ pub fn main() -> ExitCode {
         Some(cli::Command::Site(args)) => operate::site(&args),
         Some(cli::Command::Audit(args)) => operate::audit::audit(&args),
         Some(cli::Command::Why(args)) => operate::why::why(&args),
+        Some(cli::Command::Pictures(args)) => operate::pictures::pictures(&args),
         Some(cli::Command::Completions(args)) => manual::completions(args.shell),
         Some(cli::Command::Man(args)) => manual::write(&args.folder),
         Some(cli::Command::Kpi(args)) => companion::become_companion(Companion::Kpi, &args),

@@ -131,6 +131,8 @@ topics! {
     TransponderReport "fmu/out/transponder_report" Transition;
     /// The wind, 1 Hz.
     WindEstimate "fmu/out/wind" Sampled;
+    /// One per picture.
+    Picture "fmu/out/picture" Transition;
     /// What became of a skill.
     SkillEvent "skill/event" Transition;
     /// Who flies the vehicle, 2 Hz and on every change.

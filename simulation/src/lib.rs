@@ -642,6 +642,11 @@ impl Simulation<'_> {
         self.seen.borrow().along.clone()
     }
 
+    /// The pictures that were taken.
+    pub fn pictures(&self) -> Vec<v1::Picture> {
+        self.seen.borrow().pictures.clone()
+    }
+
     /// The texts of the decisions about `topics`, in order.
     pub fn story(&self, topics: &[&str]) -> Vec<String> {
         let seen = self.seen.borrow();

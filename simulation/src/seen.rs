@@ -58,6 +58,8 @@ pub(crate) struct Seen {
     landing_ordered: Option<&'static str>,
     /// How each task along a flight has begun and ended, in words.
     pub(crate) along: Vec<String>,
+    /// The pictures that were taken.
+    pub(crate) pictures: Vec<v1::Picture>,
     /// Commands to release the load.
     pub(crate) releases: usize,
     /// Where the vehicle is simulated.
@@ -80,6 +82,7 @@ impl Seen {
         Seen {
             decisions: Vec::new(),
             along: Vec::new(),
+            pictures: Vec::new(),
             report: None,
             aircraft: None,
             charge: None,
@@ -156,6 +159,7 @@ impl Seen {
                 let status = Status::from(it.clone());
                 self.status = Some((status.known_since(time, self.status.as_ref()), status));
             }
+            Message::Picture(it) => self.pictures.push(*it),
             Message::VehicleLocalPosition(it) => self.aircraft = Some(*it),
             Message::BatteryStatus(it) => self.charge = Some(it.remaining),
             Message::VehicleCommand(it) => {

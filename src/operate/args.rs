@@ -402,6 +402,30 @@ pub struct WhyArgs {
     pub gateway: GatewayArgs,
 }
 
+/// For `kittiwake pictures`.
+#[derive(Debug, Args)]
+#[command(after_help = "Exit codes:\n    0  written\n    2  the file is not a recording, or bad input")]
+pub struct PicturesArgs {
+    /// A recording of a mission; `kittiwake up` prints their folder
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// The format
+    #[arg(long)]
+    pub format: PicturesFormat,
+    /// Where to write it; without it, on standard output
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+/// The formats of `kittiwake pictures`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum PicturesFormat {
+    /// Comma-separated values (RFC 4180) with a header
+    Csv,
+    /// GeoJSON (RFC 7946), a Point for each
+    Geojson,
+}
+
 /// Finite: JSON cannot say anything else.
 fn metres(text: &str) -> Result<f64, String> {
     let found = text.parse().ok().filter(|it: &f64| it.is_finite());
@@ -497,6 +521,9 @@ mod tests {
         check("why", None);
         check("why --last 3 flight.mcap", None);
         check("why --json --url https://ground:8443 --vehicle uav2", None);
+        check("pictures flight.mcap --format csv --out p.csv", None);
+        check("pictures flight.mcap", Some("--format"));
+        check("pictures flight.mcap --format kml", Some("possible values: csv, geojson"));
         check("why --last 0", Some("invalid value '0'"));
         check("why flight.mcap --vehicle uav1", Some("cannot be used with"));
         check("vehicle pause --token secret", Some("unexpected argument"));

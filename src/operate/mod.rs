@@ -1,4 +1,4 @@
-//! `kittiwake vehicle`, `mission`, `permission`, `site` and `why`: the gateway's routes as subcommands, for operators
+//! `kittiwake vehicle`, `mission`, `permission`, `pictures`, `site` and `why`: the gateway's routes as subcommands, for operators
 //! and, with `--json`, for scripts.
 //!
 //! Nothing is decided here: the gateway's answer is printed as it is, and the exit code says what kind of
@@ -21,6 +21,7 @@ pub mod failure;
 pub mod gateway;
 mod mission;
 mod permission;
+pub mod pictures;
 mod route;
 pub mod show;
 mod site;

@@ -105,6 +105,7 @@ pub fn vehicle(it: &Value) -> String {
     }
     let unwell = each(&it["processes"]).filter(|it| it["health"] != "alive" && it["health"] != "unheard");
     add("processes", joined(unwell.map(|it| format!("{} is {}", text(&it["service"]), text(&it["health"])))));
+    add("pictures", it["pictures"].as_u64().filter(|it| *it != 0).map(|it| it.to_string()).unwrap_or_default());
     let report = &it["report"];
     if report.is_object() {
         add("report", format!("{}: {}", word(&report["outcome"], "MISSION_OUTCOME_"), text(&report["reason"])));
@@ -279,11 +280,12 @@ mod tests {
             "contingencies": { "active": [{ "flag": "obstacle", "reason": "by hand", "acknowledgedBy": "ben" }] },
             "permissions": [{ "area": "A", "state": "PERMISSION_STATE_GRANTED" }],
             "processes": [{ "service": "mcm", "health": "alive" }, { "service": "planner", "health": "stale" }],
+            "pictures": 312,
         });
         let expected = "uav1         nominal, offboard, armed\ncommand      anna, offered to ben\n\
             position     (0, 90, 10) north, east, height in m; 5.0 m/s\nbattery      82 %\n\
             mission      reference, objective 1 of 2, step 2 of 5, 41 m left\nwaits for    approval of plan 3: rejected by default in 40 s, the operator to resume\n\
-            flags        obstacle (by hand, acknowledged by ben)\npermissions  A granted\nprocesses    planner is stale";
+            flags        obstacle (by hand, acknowledged by ben)\npermissions  A granted\nprocesses    planner is stale\npictures     312";
         assert_eq!(vehicle(&document), expected);
     }
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use domain::decision::DecisionRecord;
 use domain::decision::chain::chain;
 use domain::wire::decision::{list, told};
-use gateway::recorded_decisions;
+use gateway::recorded;
 use kittiwake_proto::json::{from_json, to_json};
 use kittiwake_proto::v1;
 
@@ -56,11 +56,11 @@ fn print(decisions: Vec<v1::DecisionRecord>, json: bool) {
 
 /// As far as the file can be read; what is wrong with the rest goes to standard error.
 fn of_recording(path: &Path) -> Result<Vec<v1::DecisionRecord>, Failure> {
-    let found = recorded_decisions::read(path).map_err(|error| Failure::bad_input(error.to_string()))?;
+    let found = recorded::decisions(path).map_err(|error| Failure::bad_input(error.to_string()))?;
     if let Some(problem) = found.problem {
         output::error_line(format_args!("{}: {problem}; only the part before is shown", path.display()));
     }
-    Ok(found.decisions)
+    Ok(found.messages)
 }
 
 /// Of the gateway that is meant; of the newest recording, where none is named and none runs here.
@@ -85,9 +85,9 @@ fn of_gateway(gateway: &Gateway) -> Result<Vec<v1::DecisionRecord>, Failure> {
 /// Of the newest recording that has any: a system that was started and ended before it decided anything explains no flight.
 fn of_newest_recording(nothing_runs: Failure) -> Result<Vec<v1::DecisionRecord>, Failure> {
     let Some(folder) = state_folder::recordings() else { return Err(nothing_runs) };
-    let files = recorded_decisions::newest_first(&folder)
+    let files = recorded::newest_first(&folder)
         .map_err(|cause| Failure::bad_input(format!("{}: cannot be read: {cause}", folder.display())))?;
-    let has_decisions = |path: &&PathBuf| recorded_decisions::read(path).is_ok_and(|it| !it.decisions.is_empty());
+    let has_decisions = |path: &&PathBuf| recorded::decisions(path).is_ok_and(|it| !it.messages.is_empty());
     let Some(path) = files.iter().find(has_decisions) else {
         let folder = folder.display();
         return Err(Failure::bad_input(format!(

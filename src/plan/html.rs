@@ -36,7 +36,7 @@ pub(super) fn page(reply: &v1::MissionReply, wind: Option<WindArg>, notes: &[Str
     }
     page += "</ul>\n";
     for (number, objective) in (1..).zip(&reply.forecast) {
-        page += &of_objective(number, objective);
+        page += &of_objective(number, objective, text::survey(reply, objective));
     }
     page + "</body>\n</html>\n"
 }
@@ -46,7 +46,7 @@ pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-fn of_objective(number: usize, it: &v1::ObjectiveForecast) -> String {
+fn of_objective(number: usize, it: &v1::ObjectiveForecast, survey: Option<String>) -> String {
     let mut section = format!("<h2>{number}. {}</h2>\n", escape(&it.objective));
     if let Some(worth) = it.worth {
         let _ = writeln!(section, "<p>Optional, worth {worth}.</p>");
@@ -54,6 +54,9 @@ fn of_objective(number: usize, it: &v1::ObjectiveForecast) -> String {
     if !it.reachable {
         let _ = writeln!(section, "<p>Not reached: {}.</p>", escape(&it.reason));
         return section;
+    }
+    if let Some(survey) = survey {
+        let _ = writeln!(section, "<p>{}.</p>", escape(&survey));
     }
     if !it.reason.is_empty() {
         let _ = writeln!(section, "<p>Waits: {}.</p>", escape(&it.reason));

@@ -100,10 +100,10 @@ pub fn forecast(inputs: &Inputs, wind: Option<WindArg>) -> Result<v1::MissionRep
     };
     let mut planner =
         Planner::new(&config.planner, &config.aircraft(), config.speed.pace()).with_skills(inputs.skills.clone());
-    let mut reply = planner.try_out(&inputs.mission, request, now());
+    let reply = planner.try_out(&inputs.mission, request, now());
     // On board the mission manager fills it in.
-    reply.status.get_or_insert_default().mission.clone_from(&inputs.mission.name);
-    if reply.mistakes.is_empty() { Ok(reply) } else { Err(unread(&config.mission)) }
+    let status = Some((&inputs.mission).into());
+    if reply.mistakes.is_empty() { Ok(v1::MissionReply { status, ..reply }) } else { Err(unread(&config.mission)) }
 }
 
 /// The file was replaced since it was checked.
@@ -122,6 +122,15 @@ pub fn now() -> Now {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_plan_names_the_mission_and_says_how_close_together_the_lines_of_a_survey_are() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
+        let mission = Some(folder.join("missions/field.toml"));
+        let settings = Settings { mission, ..Settings::of_file(&folder.join("kittiwake.toml")) };
+        let text = in_words(&forecast(&check_inputs::read(&settings).unwrap(), None).unwrap());
+        assert!(text.starts_with("mission `field`, ") && text.contains("\n  survey: lines 30 m apart\n"), "{text}");
+    }
 
     #[test]
     fn a_wind_has_a_speed_and_maybe_a_direction() {

@@ -11,7 +11,7 @@ pub(super) fn plan(reply: &v1::MissionReply, wind: Option<WindArg>, notes: &[Str
     let mission = reply.status.as_ref().map_or("", |it| &it.mission);
     let mut text = format!("mission `{mission}`, judged in {}\n", wind_in_words(wind));
     for objective in &reply.forecast {
-        text += &of_objective(objective);
+        text += &of_objective(objective, survey(reply, objective));
     }
     for line in totals(reply) {
         let _ = write!(text, "\n{line}");
@@ -101,13 +101,24 @@ pub(super) fn alternate(leg: &v1::LegForecast) -> String {
     }
 }
 
-fn of_objective(it: &v1::ObjectiveForecast) -> String {
+/// How close together the lines of an objective's survey are, and its pictures; `None` if it is not one.
+pub(super) fn survey(reply: &v1::MissionReply, it: &v1::ObjectiveForecast) -> Option<String> {
+    let known = reply.status.iter().flat_map(|it| &it.objectives).find(|known| known.name == it.objective)?;
+    let survey = known.survey.as_ref()?;
+    let pictures = survey.picture_distance_m.map(|it| format!(", a picture every {it} m")).unwrap_or_default();
+    Some(format!("survey: lines {} m apart{pictures}", survey.spacing_m))
+}
+
+fn of_objective(it: &v1::ObjectiveForecast, survey: Option<String>) -> String {
     let worth = it.worth.map(|worth| format!(", optional, worth {worth}")).unwrap_or_default();
     if !it.reachable {
         return format!("\nobjective `{}`{worth}: not reached: {}\n", it.objective, it.reason);
     }
     let (length, time) = (it.length_m, clock(it.flight_time_s));
     let mut text = format!("\nobjective `{}`{worth}: {length:.0} m, {time}, {:.1} Wh\n", it.objective, it.energy_wh);
+    if let Some(survey) = survey {
+        let _ = writeln!(text, "  {survey}");
+    }
     if !it.reason.is_empty() {
         let _ = writeln!(text, "  waits: {}", it.reason);
     }
@@ -222,9 +233,12 @@ mod tests {
             reserve: 0.25,
             ..Default::default()
         };
+        let survey = v1::Survey { spacing_m: 18.0, picture_distance_m: Some(8.5), ..Default::default() };
+        let surveyed = v1::Objective { name: "there".into(), survey: Some(survey), ..Default::default() };
         let reply = v1::MissionReply {
             accepted: true,
             text: "every required objective can be reached".into(),
+            status: Some(v1::MissionStatus { objectives: vec![surveyed], ..Default::default() }),
             forecast: vec![there, lost],
             energy: Some(energy),
             order: "the best".into(),
@@ -234,6 +248,7 @@ mod tests {
 mission ``, judged in a wind of 8 m/s from 270 degrees
 
 objective `there`: 90 m, 0:09, 8.9 Wh
+  survey: lines 18 m apart, a picture every 8.5 m
       at  leg                                               m   time     Wh  left
     0:03  fly to (0, 90, 10), asking A                     90   0:09    2.9  98 %  through B; asks for A at 0:03, needed until 1:35; asks for C ahead, at 0:01, needed until 1:35
             alternate: home, 100 m, 0:17, 5.5 Wh

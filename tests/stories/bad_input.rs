@@ -91,6 +91,7 @@ fn a_file_that_is_a_pipe_or_a_device() {
             &["mission", "show", "--url", "http://127.0.0.1:1", "--ca", file],
             &["mission", "import", file, "--out", "never-written.toml"],
             &["why", file],
+            &["pictures", file, "--format", "csv"],
             &["audit", "verify", file],
         ] {
             check(args, what);

@@ -333,6 +333,16 @@ impl DeclaredSkill {
         })
     }
 
+    /// The task with this as its `every_m`, if the skill has such an input and the task leaves it out.
+    pub fn with_every_m(&self, mut task: Task, every_m: f64) -> Task {
+        const NAME: &str = "every_m";
+        let is_given = task.inputs.iter().any(|(name, _)| name == NAME);
+        if !is_given && self.inputs.iter().any(|it| it.name == NAME) {
+            task.inputs.push((NAME.to_owned(), every_m));
+        }
+        task
+    }
+
     /// The goal that does `task` over a place; an input that the task leaves out has its usual value.
     pub fn goal(&self, task: &Task, over: Ned) -> TaskGoal {
         let value = |it: &Input| Some((it.name.clone(), it.of(task)?));

@@ -9,6 +9,7 @@ pub mod airspace;
 pub mod alternates;
 pub mod area;
 pub mod area_map;
+pub mod camera;
 pub mod consumption;
 pub mod contingency;
 pub mod control_character;

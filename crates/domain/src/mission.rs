@@ -21,6 +21,7 @@ use sha2::{Digest as _, Sha256};
 use toml::Spanned;
 
 use crate::area::{Area, AreaKind, NO_LANDING_TO_M};
+use crate::camera::Camera;
 use crate::declared_skill::DeclaredSkills;
 use crate::feed::Feed;
 use crate::file::{MOST_MISTAKES, Mistake, Mistakes, Source};
@@ -261,17 +262,7 @@ fn hash_of_bytes(bytes: &[u8]) -> String {
 impl Mission {
     /// The identity of this mission: a hash of its content, the same on every machine and in every build.
     pub fn identity(&self) -> String {
-        let canonical = v1::MissionStatus {
-            mission: self.name.clone(),
-            objectives: self.objectives.iter().map(|it| ObjectiveStatus::waiting(it).into()).collect(),
-            areas: self.areas.iter().map(Into::into).collect(),
-            free_order: self.order == Order::Free,
-            sites: self.sites.iter().map(Into::into).collect(),
-            origin: self.origin.map(Into::into),
-            feeds: crate::wire::feeds_to_wire(&self.feeds, &self.areas),
-            ..v1::MissionStatus::default()
-        };
-        hash_of_bytes(&canonical.encode_to_vec())
+        hash_of_bytes(&v1::MissionStatus::from(self).encode_to_vec())
     }
 
     /// Parses and checks a mission file; every mistake that can be found is reported at once, up to [`MOST_MISTAKES`]. One beyond
@@ -303,7 +294,8 @@ impl Mission {
             return Err(Mistakes(vec![mistake]));
         }
         let file: MissionFile = source.parse()?;
-        let mut check = Checker { source, mistakes: Mistakes::default(), frame: None, skills, ready };
+        let mut check =
+            Checker { source, mistakes: Mistakes::default(), frame: None, camera: file.camera, skills, ready };
         check.bounds(&file);
         if !check.mistakes.0.is_empty() {
             return Err(check.mistakes);
@@ -433,6 +425,8 @@ struct MissionFile {
     name: String,
     origin: Option<Spanned<OriginEntry>>,
     volume: Option<Spanned<VolumeEntry>>,
+    /// It takes the pictures of surveys.
+    camera: Option<Camera>,
     #[serde(default)]
     order: Order,
     #[serde(default)]
@@ -516,6 +510,7 @@ struct Checker<'a> {
     mistakes: Mistakes,
     /// Where the mission's origin is on Earth, if the file says so.
     frame: Option<LocalFrame>,
+    camera: Option<Camera>,
     /// What its tasks may use, if that is known here.
     skills: Option<&'a DeclaredSkills>,
     /// The sites that the control tower knows, if they are known here.
@@ -568,7 +563,7 @@ impl Checker<'_> {
             name: it.name.as_ref().clone(),
             position: end.at_height(height_m),
             flying: it.flying,
-            terms: self.terms(it),
+            terms: self.terms(it, survey.as_ref().and_then(|(survey, _)| survey.picture_distance_m())),
             survey: survey.map(|(survey, _)| survey),
         }
     }

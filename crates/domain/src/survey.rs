@@ -20,6 +20,7 @@ use crate::geometry::Ned;
 pub struct Survey {
     corners: Vec<Ned>,
     spacing_m: f64,
+    picture_distance_m: Option<f64>,
     heading_deg: Option<f64>,
     turns: Vec<Turn>,
     passed: usize,
@@ -49,6 +50,9 @@ pub enum InvalidSurvey {
     /// The lines are too close to each other, or too far apart.
     #[error("its spacing is {0} m, expected {LEAST_SPACING_M} to {MOST_SPACING_M} m")]
     Spacing(f64),
+    /// The pictures are too close to each other, or too far apart.
+    #[error("its pictures are {0} m apart, expected {LEAST_PICTURE_DISTANCE_M} to {MOST_SPACING_M} m")]
+    PictureDistance(f64),
     /// The heading is not a direction.
     #[error("its heading is {0}, expected degrees from -360 to 360")]
     Heading(f64),
@@ -67,6 +71,8 @@ pub const MOST_LINES: usize = 100;
 pub const MOST_CORNERS: usize = 500;
 /// Lines nearer to each other than this are one line to a plan, whose steps are reached within 3 m, in metres.
 pub const LEAST_SPACING_M: f64 = 5.0;
+/// Pictures nearer to each other than this are a typing mistake, in metres: no camera takes them at any speed of a survey.
+pub const LEAST_PICTURE_DISTANCE_M: f64 = 0.1;
 /// A greater spacing is a typing mistake, in metres.
 pub const MOST_SPACING_M: f64 = 10_000.0;
 /// As far as the places of a mission may lie, in metres.
@@ -103,7 +109,18 @@ impl Survey {
         if turns.is_empty() {
             return Err(InvalidSurvey::Shape);
         }
-        Ok(Survey { corners, spacing_m, heading_deg, turns, passed: 0 })
+        Ok(Survey { corners, spacing_m, picture_distance_m: None, heading_deg, turns, passed: 0 })
+    }
+
+    /// The same with a picture each time this distance was flown along a line, if any are to be taken.
+    ///
+    /// # Errors
+    /// If the distance is out of range.
+    pub fn with_pictures(self, picture_distance_m: Option<f64>) -> Result<Survey, InvalidSurvey> {
+        match picture_distance_m.filter(|it| !(LEAST_PICTURE_DISTANCE_M..=MOST_SPACING_M).contains(it)) {
+            Some(wrong_m) => Err(InvalidSurvey::PictureDistance(wrong_m)),
+            None => Ok(Survey { picture_distance_m, ..self }),
+        }
     }
 
     /// The polygon's corners, at height 0.
@@ -114,6 +131,11 @@ impl Survey {
     /// Between its lines, in metres.
     pub fn spacing_m(&self) -> f64 {
         self.spacing_m
+    }
+
+    /// Along a line from one picture to the next, in metres; `None` if the survey does not say.
+    pub fn picture_distance_m(&self) -> Option<f64> {
+        self.picture_distance_m
     }
 
     /// The heading of its lines, if one was asked for.

@@ -5,7 +5,7 @@
 //! must not shrink with the speed factor below what a busy machine needs; see [`Pace::limit`].
 
 use std::ops::{Add, Sub};
-use std::time::{Duration, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// A moment in mission time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Hash)]
@@ -103,10 +103,18 @@ impl Pace {
 /// A moment of UTC, in milliseconds since the Unix epoch, as files and reports name it: `2026-01-01T00:00:45Z`. Parts of a second are
 /// left out; what lies outside of the years 1970 to 9999 is the nearest moment in them.
 pub fn utc_text(utc_ms: i64) -> String {
+    humantime::format_rfc3339_seconds(printable(utc_ms)).to_string()
+}
+
+/// The same with its milliseconds: `2026-01-01T00:00:45.678Z`.
+pub fn utc_text_with_millis(utc_ms: i64) -> String {
+    humantime::format_rfc3339_millis(printable(utc_ms)).to_string()
+}
+
+fn printable(utc_ms: i64) -> SystemTime {
     /// The end of the year 9999.
-    const LAST_S: u64 = 253_402_300_799;
-    let seconds = u64::try_from(utc_ms.max(0) / 1000).map_or(LAST_S, |it| it.min(LAST_S));
-    humantime::format_rfc3339_seconds(UNIX_EPOCH + Duration::from_secs(seconds)).to_string()
+    const LAST_MS: u64 = 253_402_300_799_999;
+    UNIX_EPOCH + Duration::from_millis((utc_ms.max(0) as u64).min(LAST_MS))
 }
 
 #[cfg(test)]
@@ -118,6 +126,8 @@ mod tests {
         assert_eq!(utc_text(1_767_225_645_999), "2026-01-01T00:00:45Z");
         assert_eq!(utc_text(-1), "1970-01-01T00:00:00Z");
         assert_eq!(utc_text(i64::MAX), "9999-12-31T23:59:59Z");
+        assert_eq!(utc_text_with_millis(1_767_225_645_678), "2026-01-01T00:00:45.678Z");
+        assert_eq!(utc_text_with_millis(i64::MAX), "9999-12-31T23:59:59.999Z");
     }
 
     #[test]

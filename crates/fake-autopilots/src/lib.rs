@@ -19,11 +19,13 @@ use vehicle_sim::config::{Config, Limits};
 
 mod ardupilot;
 pub mod bridged;
+mod camera;
 mod px4;
 mod received;
 mod spoken;
 pub mod wire;
 
+use camera::Camera;
 use received::Received;
 use spoken::{Stream, Streams};
 use wire::Wire;
@@ -62,6 +64,7 @@ pub struct FakeAutopilot {
     sequence: u8,
     signing: Option<Signing>,
     pilot: Pilot,
+    camera: Camera,
     restarts: Restart,
     make: Make,
     glitches_until: Time,
@@ -137,6 +140,7 @@ impl FakeAutopilot {
             sequence: 0,
             signing: None,
             pilot: pilot(kind),
+            camera: Camera::default(),
             restarts: Restart::Runs,
             make: Make(Box::new(make)),
             glitches_until: Time::ZERO,
@@ -299,6 +303,10 @@ impl FakeAutopilot {
                 let result = self.streams.ask(self.kind, params[0] as u32, params[1], now.time);
                 self.acknowledge(SET_INTERVAL, result, from, now.time);
             }
+            Received::Command { command: camera::SET_DISTANCE, params, .. } => {
+                self.camera.set(params);
+                self.acknowledge(camera::SET_DISTANCE, 0, from, now.time);
+            }
             Received::Command { command: REQUEST_MESSAGE, params, .. } => {
                 self.acknowledge(REQUEST_MESSAGE, 0, from, now.time);
                 self.stream(params[0] as u32, now);
@@ -376,6 +384,7 @@ impl FakeAutopilot {
         self.vehicle = Telemetry::default();
         self.hear(effects);
         self.pilot = pilot(self.kind);
+        self.camera = Camera::default();
         if let Pilot::ArduPilot(it) = &mut self.pilot {
             it.boot(now.time);
         }
@@ -434,6 +443,12 @@ impl Node for FakeAutopilot {
         match self.kind {
             Kind::Px4 => px4::fly(self, now),
             Kind::ArduPilot => ardupilot::fly(self, now),
+        }
+        if let Some(number) = self.camera.moved(self.position()) {
+            let boot_us = u64::from(self.boot_ms(now.time)) * 1000;
+            for (id, payload) in spoken::picture(self.kind, number, &self.vehicle, boot_us, now.utc_ms) {
+                self.say(id, &payload, now.time);
+            }
         }
         for id in self.streams.due(now.time) {
             self.stream(id, now);

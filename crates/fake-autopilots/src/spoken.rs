@@ -224,6 +224,30 @@ pub(crate) fn messages(
     }
 }
 
+/// The frames of a picture: PX4 says that it triggers the camera, then where that was.
+pub(crate) fn picture(kind: Kind, number: u32, vehicle: &Telemetry, boot_us: u64, utc_ms: i64) -> Vec<(u32, Vec<u8>)> {
+    let (it, q) = (&vehicle.global, &vehicle.attitude);
+    let [latitude, longitude] = [it.latitude_deg, it.longitude_deg].map(|degrees| (degrees * 1e7).round() as i32);
+    let utc_us = utc_ms as u64 * 1000;
+    match kind {
+        Kind::Px4 => {
+            let (mut triggers, mut captured) = (Payload::default(), Payload::default());
+            triggers.u64(boot_us).u32(number);
+            captured.u64(utc_us).u32((boot_us / 1000) as u32).i32(latitude).i32(longitude);
+            captured.i32((it.altitude_amsl_m * 1e3) as i32).i32(-1000);
+            captured.f32(q.q_w).f32(q.q_x).f32(q.q_y).f32(q.q_z).u32(number).bytes(&[1, 1]);
+            vec![(112, triggers.0), (263, captured.0)]
+        }
+        Kind::ArduPilot => {
+            let mut feedback = Payload::default();
+            feedback.u64(utc_us).i32(latitude).i32(longitude).f32(it.altitude_amsl_m).f32(0.0);
+            feedback.f32(0.0).f32(0.0).f32(vehicle.local.heading_rad.to_degrees().rem_euclid(360.0)).f32(0.0);
+            feedback.u16(number as u16);
+            vec![(180, feedback.0)]
+        }
+    }
+}
+
 /// Where the local frame begins.
 pub(crate) fn origin(vehicle: &Telemetry) -> Option<LatLon> {
     let origin = vehicle.status.origin?;
@@ -270,6 +294,10 @@ impl Payload {
     }
 
     fn u32(&mut self, number: u32) -> &mut Payload {
+        self.bytes(&number.to_le_bytes())
+    }
+
+    fn u64(&mut self, number: u64) -> &mut Payload {
         self.bytes(&number.to_le_bytes())
     }
 

@@ -414,7 +414,8 @@ impl Assembly<'_> {
             self.within_fences(*at, &waypoint.name, &waypoint.source)?;
         }
         let corners = survey.corners.iter().map(|it| self.frame.local(*it)).collect();
-        let flown = domain::survey::Survey::new(corners, survey.spacing_m, survey.heading_deg).map_err(|invalid| {
+        let lines = domain::survey::Survey::new(corners, survey.spacing_m, survey.heading_deg);
+        let flown = lines.and_then(|it| it.with_pictures(survey.picture_distance_m)).map_err(|invalid| {
             Wrong::at(
                 &waypoint.source,
                 format!("a survey: {invalid}"),
@@ -425,6 +426,7 @@ impl Assembly<'_> {
         let entry = SurveyEntry {
             corners_deg: survey.corners.iter().map(|it| corner(*it)).collect(),
             spacing_m: survey.spacing_m,
+            picture_distance_m: survey.picture_distance_m,
             heading_deg: survey.heading_deg,
         };
         Ok((entry, end))

@@ -134,6 +134,8 @@ pub struct Survey {
     pub corners: Vec<LatLon>,
     /// Between the lines.
     pub spacing_m: f64,
+    /// Along a line from one picture to the next.
+    pub picture_distance_m: Option<f64>,
     /// Of the lines, clockwise from north.
     pub heading_deg: Option<f64>,
 }

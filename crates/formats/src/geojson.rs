@@ -20,7 +20,7 @@ use domain::site::SiteKind;
 
 /// The property that says what a feature is.
 const KIND: &str = "kind";
-const PROPERTIES: [&str; 17] = [
+const PROPERTIES: [&str; 18] = [
     "radius_m",
     "radius",
     "buffer_m",
@@ -37,6 +37,7 @@ const PROPERTIES: [&str; 17] = [
     "until_utc",
     "hours_utc",
     "spacing_m",
+    "picture_distance_m",
     "heading_deg",
 ];
 
@@ -111,8 +112,9 @@ pub(crate) fn read(node: &Node<'_>, index: usize, content: &mut Content, finding
                 findings.note(&coordinates.place, "a survey has no holes: its lines lead over them too");
             }
             let spacing_m = properties.need("spacing_m")?.number()?;
-            let heading_deg = properties.get("heading_deg").map(|it| it.number()).transpose()?;
-            let survey = Some(Survey { corners, spacing_m, heading_deg });
+            let number = |key: &str| properties.get(key).map(|it| it.number()).transpose();
+            let (picture_distance_m, heading_deg) = (number("picture_distance_m")?, number("heading_deg")?);
+            let survey = Some(Survey { corners, spacing_m, picture_distance_m, heading_deg });
             let (terms, source) = (terms::read(&properties)?, node.place.clone());
             content.waypoints.push(Waypoint { name, at: Place::Here, height, flying: true, terms, survey, source });
         }
@@ -246,6 +248,7 @@ pub(crate) fn write(mission: &crate::export::Geographic<'_>) -> String {
         };
         properties.insert(KIND.into(), json!("survey"));
         properties.insert("spacing_m".into(), json!(survey.spacing_m()));
+        properties.insert("picture_distance_m".into(), json!(survey.picture_distance_m()));
         properties.insert("heading_deg".into(), json!(survey.heading_deg()));
         let corners = crate::export::on_earth(survey.corners(), mission.frame);
         feature_of(json!({ "type": "Polygon", "coordinates": [ring(&corners, false)] }), Value::Object(properties))

@@ -68,6 +68,8 @@ pub(crate) struct SurveyEntry {
     pub(crate) corners_deg: Vec<[f64; 2]>,
     pub(crate) spacing_m: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) picture_distance_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) heading_deg: Option<f64>,
 }
 

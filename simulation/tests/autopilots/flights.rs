@@ -88,3 +88,24 @@ fn a_load_is_released_over_an_autopilot_that_tells_of_its_gripper() {
     assert_eq!(report.outcome(), MissionOutcome::Failure, "{}", simulation.decision_log());
     assert!(report.reason.contains("the autopilot reports no gripper"), "{}", report.reason);
 }
+
+#[test]
+fn a_survey_by_overlap_has_its_pictures_over_both_autopilots() {
+    // From 40 m a picture shows 60 by 40 m: 30 m between lines, 12 m between pictures.
+    const TEXT: &str = "name = \"field\"
+        [camera]\nsensor_width_mm = 13.2\nsensor_height_mm = 8.8\nfocal_length_mm = 8.8
+        [[objective]]\nname = \"look\"\nheight_m = 40\nflying = true\nalong = [{ skill = \"camera_by_distance\" }]
+        survey = { corners_m = [[60, 0], [180, 0], [180, 90], [60, 90]], side_overlap = 0.5, forward_overlap = 0.7 }
+        [[objective]]\nname = \"home\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n";
+    for kind in BOTH {
+        let file = crate::stories::support::mission_file(&format!("overlap_{kind:?}"), TEXT);
+        let mut simulation = mission(Some(&file), kind, Policy::Grant, Faults::default(), None, None);
+        let report = fly(&mut simulation);
+        assert_success(&simulation, &report);
+        let pictures = simulation.pictures();
+        let numbers: Vec<u32> = pictures.iter().map(|it| it.number).collect();
+        // Three lines of 120 m, and the ways between them.
+        assert!((30..=40).contains(&numbers.len()) && numbers.is_sorted_by(|a, b| a < b), "{kind:?}: {numbers:?}");
+        assert!(pictures.iter().all(|it| it.place.is_some_and(|it| (50.0..70.0).contains(&it.altitude_amsl_m))));
+    }
+}

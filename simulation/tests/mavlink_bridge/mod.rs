@@ -3,6 +3,7 @@
 mod bad_input;
 mod captured;
 mod ground;
+mod pictures;
 mod rig;
 mod skills;
 mod stories;

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::rc::Rc;
 use std::time::Duration;
 
-use domain::declared_skill::{DeclaredSkill, DeclaredSkills};
+use domain::declared_skill::DeclaredSkills;
 use domain::geometry::Ned;
 use domain::time::{Now, Pace, Time};
 use fake_autopilots::bridged::Bridged;
@@ -51,6 +51,7 @@ pub(crate) struct Published {
     pub(crate) acks: Vec<v1::VehicleCommandAck>,
     pub(crate) traffic: Option<v1::TransponderReport>,
     pub(crate) task: Option<v1::TaskReport>,
+    pub(crate) pictures: Vec<v1::Picture>,
     pub(crate) count: usize,
 }
 
@@ -70,6 +71,7 @@ impl Published {
                 Message::VehicleCommandAck(it) => self.acks.push(it),
                 Message::TransponderReport(it) => self.traffic = Some(it),
                 Message::TaskReport(it) => self.task = Some(it),
+                Message::Picture(it) => self.pictures.push(it),
                 _ => {}
             }
         }
@@ -131,9 +133,10 @@ impl Rig {
         rig
     }
 
-    /// With a declared skill.
-    pub(crate) fn with_skill(self, skill: DeclaredSkill) -> Rig {
-        Rig { node: self.node.with_skills(&DeclaredSkills::of(vec![skill])), ..self }
+    /// With declared skills.
+    pub(crate) fn skilled(mut self, skills: &DeclaredSkills) -> Rig {
+        self.node = self.node.with_skills(skills);
+        self
     }
 
     pub(crate) fn over(kind: Kind, faults: Faults) -> Rig {

@@ -75,7 +75,7 @@ fn a_winch_that_is_interrupted_stops_or_it_is_said_that_it_goes_on() {
             [mavlink]\ncommand = \"DO_WINCH\"\nparams = [1, 1, 9]\ncancel = [1, {action}]"
         );
         let skill = DeclaredSkill::read(&Source { path: "lower.toml".into(), text }).unwrap();
-        let mut rig = Rig::over(kind, faults).with_skill(skill);
+        let mut rig = Rig::over(kind, faults).skilled(&DeclaredSkills::of(vec![skill]));
         rig.airborne();
         let order =
             |cancel| v1::TaskOrder { request_id: "r".into(), skill: "lower".into(), cancel, ..Default::default() };

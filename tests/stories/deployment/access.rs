@@ -21,6 +21,7 @@ const DOWN: &[&str] = &[
     "fmu/out/vehicle_status",
     "fmu/out/transponder_report",
     "fmu/out/wind",
+    "fmu/out/picture",
     "monitor/introspection",
     "health",
     "mcm/status",

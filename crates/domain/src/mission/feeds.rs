@@ -30,7 +30,8 @@ impl Airspace {
     /// The mistakes, each with its place.
     pub fn read(source: &Source) -> Result<Airspace, Mistakes> {
         let file: MissionFile = source.parse()?;
-        let mut check = Checker { source, mistakes: Mistakes::default(), frame: None, skills: None, ready: None };
+        let mut check =
+            Checker { source, mistakes: Mistakes::default(), frame: None, camera: None, skills: None, ready: None };
         check.bounds(&file);
         if !check.mistakes.0.is_empty() {
             return Err(check.mistakes);

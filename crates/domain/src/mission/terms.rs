@@ -68,7 +68,8 @@ pub const LONGEST_S: f64 = 86_400.0;
 const MOST_WORTH: f64 = 1e6;
 
 impl Checker<'_> {
-    pub(super) fn terms(&mut self, it: &ObjectiveEntry) -> Terms {
+    /// `picture_distance_m`: from one picture of its survey to the next.
+    pub(super) fn terms(&mut self, it: &ObjectiveEntry, picture_distance_m: Option<f64>) -> Terms {
         let worth = match (it.optional.as_ref().is_some_and(|it| *it.as_ref()), &it.worth) {
             (true, Some(worth)) => Some(self.number("worth", worth, "a number from 0 to 1000000", 0.0, MOST_WORTH)),
             (true, None) => {
@@ -108,7 +109,8 @@ impl Checker<'_> {
             }
         }
         let stance = Stance::at_place(it.flying);
-        let (tasks, along) = (self.tasks(&it.tasks, stance, it), self.tasks(&it.along, Stance::Flies, it));
+        let tasks = self.tasks(&it.tasks, stance, it, None);
+        let along = self.tasks(&it.along, Stance::Flies, it, picture_distance_m);
         for (index, task) in it.along.iter().enumerate() {
             let name = &task.as_ref().skill;
             if it.along[..index].iter().any(|before| before.as_ref().skill == *name) {
@@ -131,23 +133,34 @@ impl Checker<'_> {
         }
     }
 
-    /// Those of `do` or `along`, for which the vehicle does this.
-    fn tasks(&mut self, entries: &[Spanned<TaskEntry>], stance: Stance, it: &ObjectiveEntry) -> Vec<Task> {
-        for task in entries {
-            let mut names = [&task.as_ref().skill].into_iter().chain(task.as_ref().inputs.keys());
+    /// Those of `do` or `along`, for which the vehicle does this; a distance for those that need one and leave it out.
+    fn tasks(
+        &mut self,
+        entries: &[Spanned<TaskEntry>],
+        stance: Stance,
+        it: &ObjectiveEntry,
+        every_m: Option<f64>,
+    ) -> Vec<Task> {
+        let skills = self.skills;
+        let task = |entry: &TaskEntry| match (skills.and_then(|it| it.get(&entry.skill)), every_m) {
+            (Some(skill), Some(every_m)) => skill.with_every_m(entry.task(), every_m),
+            _ => entry.task(),
+        };
+        for entry in entries {
+            let mut names = [&entry.as_ref().skill].into_iter().chain(entry.as_ref().inputs.keys());
             if let Some(name) = names.find(|it| !is_name(it)) {
-                self.say(Some(task.span()), format!("{name:?} cannot name a skill or an input"), NAMES);
+                self.say(Some(entry.span()), format!("{name:?} cannot name a skill or an input"), NAMES);
                 continue;
             }
-            if let Some((message, help)) = self.skills.and_then(|it| it.misfit(&task.as_ref().task(), stance)) {
-                self.say(Some(task.span()), message, &help);
+            if let Some((message, help)) = self.skills.and_then(|it| it.misfit(&task(entry.as_ref()), stance)) {
+                self.say(Some(entry.span()), message, &help);
             }
         }
         if let Some(task) = entries.get(MOST_TASKS) {
             let message = format!("objective `{}` does more than {MOST_TASKS} things", it.name.as_ref());
             self.say(Some(task.span()), message, "spread them over several objectives");
         }
-        entries.iter().map(|it| it.as_ref().task()).collect()
+        entries.iter().map(|it| task(it.as_ref())).collect()
     }
 
     fn number(&mut self, key: &str, value: &Spanned<f64>, expected: &str, least: f64, most: f64) -> f64 {

@@ -2,11 +2,11 @@
 
 use kittiwake_proto::v1;
 
-use super::{InvalidMessage, duration, finite};
+use super::{InvalidMessage, duration, feeds_to_wire, finite};
 use crate::geometry::Ned;
-use crate::mission::terms::Terms;
+use crate::mission::terms::{Order, Terms};
 use crate::mission::{
-    MissionOutcome, MissionReport, Objective, ObjectiveReport, ObjectiveStatus, Progress, ReleaseProgress,
+    Mission, MissionOutcome, MissionReport, Objective, ObjectiveReport, ObjectiveStatus, Progress, ReleaseProgress,
 };
 use crate::survey::Survey;
 use crate::task::Task;
@@ -78,11 +78,28 @@ impl From<v1::ReleaseProgress> for ReleaseProgress {
     }
 }
 
+/// As it is before the flight.
+impl From<&Mission> for v1::MissionStatus {
+    fn from(mission: &Mission) -> v1::MissionStatus {
+        v1::MissionStatus {
+            mission: mission.name.clone(),
+            objectives: mission.objectives.iter().map(|it| ObjectiveStatus::waiting(it).into()).collect(),
+            areas: mission.areas.iter().map(Into::into).collect(),
+            free_order: mission.order == Order::Free,
+            sites: mission.sites.iter().map(Into::into).collect(),
+            origin: mission.origin.map(Into::into),
+            feeds: feeds_to_wire(&mission.feeds, &mission.areas),
+            ..v1::MissionStatus::default()
+        }
+    }
+}
+
 impl From<Survey> for v1::Survey {
     fn from(survey: Survey) -> v1::Survey {
         v1::Survey {
             corners: survey.corners().iter().map(|it| (*it).into()).collect(),
             spacing_m: survey.spacing_m(),
+            picture_distance_m: survey.picture_distance_m(),
             heading_deg: survey.heading_deg(),
             passed: survey.passed() as u32,
         }
@@ -93,7 +110,8 @@ impl TryFrom<v1::Survey> for Survey {
     type Error = InvalidMessage;
     fn try_from(survey: v1::Survey) -> Result<Survey, InvalidMessage> {
         let corners = survey.corners.into_iter().map(Ned::try_from).collect::<Result<_, _>>()?;
-        Ok(Survey::new(corners, survey.spacing_m, survey.heading_deg)?.with_passed(survey.passed as usize))
+        let lines = Survey::new(corners, survey.spacing_m, survey.heading_deg)?;
+        Ok(lines.with_pictures(survey.picture_distance_m)?.with_passed(survey.passed as usize))
     }
 }
 
@@ -242,11 +260,13 @@ pub(super) mod tests {
 
     fn survey() -> impl Strategy<Value = Survey> {
         let sides = (-500.0..500.0, -500.0..500.0, 10.0..300.0, 10.0..300.0);
-        (sides, 5.0..50.0, prop::option::of(-360.0..360.0), 0..300_usize).prop_map(
-            |((north_m, east_m, length_m, width_m), spacing_m, heading_deg, passed)| {
+        let pictures = prop::option::of(0.1..100.0);
+        (sides, 5.0..50.0, prop::option::of(-360.0..360.0), pictures, 0..300_usize).prop_map(
+            |((north_m, east_m, length_m, width_m), spacing_m, heading_deg, picture_distance_m, passed)| {
                 let corner = |north: f64, east: f64| Ned::new(north_m + north * length_m, east_m + east * width_m, 0.0);
                 let corners = vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
-                Survey::new(corners, spacing_m, heading_deg).expect("a rectangle").with_passed(passed)
+                let lines = Survey::new(corners, spacing_m, heading_deg).expect("a rectangle");
+                lines.with_pictures(picture_distance_m).expect("in range").with_passed(passed)
             },
         )
     }

@@ -45,9 +45,9 @@ pub(super) fn read(item: &Node<'_>) -> Result<Result<Waypoint, &'static str>, Wr
     let height = Height { metres: distance.number()?, above };
     let corners: Vec<LatLon> = shape::places(&polygon, Order::LatitudeFirst)?;
     let heading_deg = item.get("angle").map(|it| it.number()).transpose()?;
-    let survey = Some(Survey { corners, spacing_m, heading_deg });
-    let every_m = camera.get("AdjustedFootprintFrontal").map_or(Ok(0.0), |it| it.number())?;
-    let actions = if 0.0 < every_m { vec![pictures(item, every_m)?] } else { Vec::new() };
+    let every_m = camera.get("AdjustedFootprintFrontal").map(|it| it.number()).transpose()?.filter(|it| 0.0 < *it);
+    let survey = Some(Survey { corners, spacing_m, picture_distance_m: every_m, heading_deg });
+    let actions = every_m.map(|it| pictures(item, it)).transpose()?.into_iter().collect();
     let (terms, source) = (Terms { actions, ..Terms::default() }, item.place.clone());
     Ok(Ok(Waypoint { name: "survey".into(), at: Place::Here, height, flying: true, terms, survey, source }))
 }

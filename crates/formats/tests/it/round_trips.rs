@@ -141,12 +141,14 @@ fn on_site() -> impl Strategy<Value = Terms> {
 
 /// With terms, in any order, and with a survey at the end.
 fn missions_with_terms() -> impl Strategy<Value = Mission> {
-    let survey = (-60.0..0.0_f64, 20.0..80.0_f64, prop::option::of(-360.0..360.0));
+    let pictures = prop::option::of(0.1..100.0_f64);
+    let survey = (-60.0..0.0_f64, 20.0..80.0_f64, prop::option::of(-360.0..360.0), pictures);
     (missions(), prop::collection::vec(terms(), 6), any::<bool>(), survey).prop_map(
-        |(mut mission, terms, is_free, (low_m, side_m, heading_deg))| {
+        |(mut mission, terms, is_free, (low_m, side_m, heading_deg, picture_distance_m))| {
             let corner = |north: f64, east: f64| Ned::new(low_m + north * side_m, 0.7 * low_m + east * side_m, 0.0);
             let corners = vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(0.2, 0.4), corner(0.0, 1.0)];
-            let survey = Survey::new(corners, 7.0, heading_deg).expect("an arrowhead");
+            let lines = Survey::new(corners, 7.0, heading_deg).expect("an arrowhead");
+            let survey = lines.with_pictures(picture_distance_m).expect("in range");
             let end = survey.turns().last().expect("its end").at.at_height(30.0);
             let look = Objective {
                 name: "look".into(),

@@ -14,6 +14,7 @@ use crate::frame::Frame;
 use crate::heard::{Heard, heard};
 use crate::peers::{Peers, Whose};
 use crate::personality;
+use crate::pictures::{Pictures, Reporter};
 use crate::said::{Said, Speaker};
 use crate::status::Surroundings;
 use crate::tasks::Tasks;
@@ -33,6 +34,7 @@ pub(crate) struct Bridge {
     /// What was said last of why nothing is flown.
     said_problem: Option<String>,
     tasks: Tasks,
+    pictures: Pictures,
 }
 
 /// Our own heartbeat, as MAVLink demands.
@@ -53,6 +55,7 @@ impl Bridge {
             control: None,
             said_problem: None,
             tasks: Tasks::default(),
+            pictures: Pictures::default(),
         }
     }
 
@@ -88,6 +91,19 @@ impl Bridge {
                 tracing::info!(system = frame.system(), autopilot = personality.name(), "an autopilot is heard");
                 self.flown = Some(Flown::new(frame.system(), personality, &self.config, now.time));
             }
+        }
+        if let (Heard::Picture(picture), Some(flown)) = (&heard, &self.flown) {
+            let is_camera = self.peers.is_camera(frame);
+            if is_camera || self.peers.is_flown(frame) {
+                let by = Reporter {
+                    is_autopilot: !is_camera,
+                    report: picture.report,
+                    component: frame.component(),
+                    camera: picture.camera,
+                };
+                self.pictures.take_in(by, picture, &flown.vehicle, now);
+            }
+            return;
         }
         if self.peers.is_flown(frame)
             && let Some(flown) = &mut self.flown
@@ -171,6 +187,7 @@ impl Bridge {
         }
         says.extend(flown.stop_without_setpoints(has_setpoint, now.time).map(Said::Setpoint));
         says.extend(flown.groom(now.time));
+        self.pictures.act(now.time, effects);
         self.tasks.act(problem.is_none(), now.time, &mut says, effects);
         effects.extend(flown.report(Surroundings { problem, has_setpoint }, &self.config, now.time));
         self.say_to_vehicle(says);
@@ -179,7 +196,10 @@ impl Bridge {
     /// When something is due.
     pub(crate) fn deadline(&self) -> Option<Time> {
         let Some(flown) = &self.flown else { return Some(self.next_heartbeat) };
-        [Some(self.next_heartbeat), flown.deadline(), self.tasks.deadline()].into_iter().flatten().min()
+        [Some(self.next_heartbeat), flown.deadline(), self.tasks.deadline(), self.pictures.deadline()]
+            .into_iter()
+            .flatten()
+            .min()
     }
 
     fn answer(&mut self, id: CommandId, result: CommandResult, effects: &mut Vec<Effect>) {

@@ -4,6 +4,7 @@
 //! it does not know, and a heartbeat of a newer type or an acknowledgement of an unknown command would be lost. Offsets are those of
 //! the wire: by size of the field, extensions at the end.
 
+use domain::geodesy::LatLon;
 use mavlink::dialects::ardupilotmega::MavMessage;
 use mavlink::{MavlinkVersion, Message as _};
 
@@ -80,12 +81,14 @@ pub enum Heard {
     Traffic(Traffic),
     /// A parameter.
     Parameter(Parameter),
+    /// A picture was taken.
+    Picture(Picture),
 }
 
 impl Heard {
     /// Whether it says what has happened, and not what is: that holds however late it comes.
     pub(crate) fn is_event(&self) -> bool {
-        matches!(self, Heard::Ack(_) | Heard::Text { .. } | Heard::Parameter(_) | Heard::Traffic(_))
+        matches!(self, Heard::Ack(_) | Heard::Text { .. } | Heard::Parameter(_) | Heard::Traffic(_) | Heard::Picture(_))
     }
 }
 
@@ -233,6 +236,34 @@ pub struct Parameter {
     pub kind: u8,
 }
 
+/// What is said of a picture; what is not known is left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Picture {
+    /// By which message.
+    pub report: PictureReport,
+    /// Which camera of the sender.
+    pub camera: u8,
+    /// As the sender counts them.
+    pub number: u32,
+    /// Microseconds: of UTC, or since a start.
+    pub time_us: u64,
+    /// Latitude and longitude in degrees, metres above mean sea level.
+    pub place: Option<[f64; 3]>,
+    /// Roll, pitch and yaw.
+    pub attitude_rad: Option<[f64; 3]>,
+}
+
+/// The messages that report a picture, the one that knows most first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PictureReport {
+    /// CAMERA_IMAGE_CAPTURED: of cameras and PX4.
+    Captured,
+    /// CAMERA_FEEDBACK: of ArduPilot.
+    Feedback,
+    /// CAMERA_TRIGGER: of PX4, when it triggers the camera.
+    Trigger,
+}
+
 /// What `frame` says; `None` if it is nothing that the bridge listens to, or does not decode.
 pub fn heard(frame: &Frame) -> Option<Heard> {
     if !frame.is_known() {
@@ -260,7 +291,17 @@ pub fn heard(frame: &Frame) -> Option<Heard> {
             let [position, velocity] = [4, 16].map(|at| [at, at + 4, at + 8].map(|at| bytes.f32(at)));
             Heard::Target(Echo::new(bytes.u16(48), position, velocity))
         }
+        112 => Heard::Picture(Picture {
+            report: PictureReport::Trigger,
+            camera: 0,
+            number: bytes.u32(8),
+            time_us: bytes.u64(0),
+            place: None,
+            attitude_rad: None,
+        }),
         147 => battery(&bytes)?,
+        180 => feedback(&bytes)?,
+        263 => captured(&bytes)?,
         // From where it blows, ArduPilot; to where, PX4.
         168 => {
             let (from_rad, speed_m_s) = (bytes.f32(0).to_radians(), bytes.f32(4));
@@ -354,6 +395,56 @@ fn traffic(bytes: &Bytes<'_>) -> Option<Heard> {
     }))
 }
 
+/// CAMERA_FEEDBACK.
+fn feedback(bytes: &Bytes<'_>) -> Option<Heard> {
+    const VIDEO: u8 = 1;
+    (bytes.u8(44) != VIDEO).then(|| {
+        Heard::Picture(Picture {
+            report: PictureReport::Feedback,
+            camera: bytes.u8(43),
+            number: u32::from(bytes.u16(40)),
+            time_us: bytes.u64(0),
+            place: place([bytes.u32(8), bytes.u32(12)], bytes.f32(16)),
+            attitude_rad: Some([24, 28, 32].map(|at| bytes.f32(at).to_radians()))
+                .filter(|it| it.iter().all(|it| it.is_finite())),
+        })
+    })
+}
+
+/// CAMERA_IMAGE_CAPTURED; a capture that has failed does not count. PX4 says -1 where the camera gives no answer.
+fn captured(bytes: &Bytes<'_>) -> Option<Heard> {
+    const FAILED: u8 = 0;
+    (bytes.u8(49) != FAILED).then(|| {
+        Heard::Picture(Picture {
+            report: PictureReport::Captured,
+            camera: bytes.u8(48),
+            number: bytes.u32(44),
+            time_us: bytes.u64(0),
+            place: place([bytes.u32(12), bytes.u32(16)], f64::from(bytes.u32(20) as i32) / 1e3),
+            attitude_rad: roll_pitch_yaw([28, 32, 36, 40].map(|at| bytes.f32(at))),
+        })
+    })
+}
+
+/// Latitude and longitude as they travel, with the altitude; zeros are what is sent without a position.
+fn place(at: [u32; 2], altitude_m: f64) -> Option<[f64; 3]> {
+    let [latitude_deg, longitude_deg] = at.map(|it| degrees(it as i32));
+    let is_known = at != [0, 0] && LatLon::new(latitude_deg, longitude_deg).is_ok() && altitude_m.is_finite();
+    is_known.then_some([latitude_deg, longitude_deg, altitude_m])
+}
+
+/// The angles of a rotation (w, x, y, z); `None` if the numbers are not one.
+fn roll_pitch_yaw(q: [f64; 4]) -> Option<[f64; 3]> {
+    let length = q.iter().map(|it| it * it).sum::<f64>().sqrt();
+    let [w, x, y, z] = q.map(|it| it / length);
+    ((length - 1.0).abs() < 0.01).then(|| {
+        let roll = (2.0 * (w * x + y * z)).atan2(1.0 - 2.0 * (x * x + y * y));
+        let pitch = (2.0 * (w * y - z * x)).clamp(-1.0, 1.0).asin();
+        let yaw = (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z));
+        [roll, pitch, yaw]
+    })
+}
+
 fn degrees(tenths_of_micro: i32) -> f64 {
     f64::from(tenths_of_micro) * 1e-7
 }
@@ -380,6 +471,10 @@ impl Bytes<'_> {
 
     fn u32(&self, at: usize) -> u32 {
         u32::from_le_bytes(self.array(at))
+    }
+
+    fn u64(&self, at: usize) -> u64 {
+        u64::from_le_bytes(self.array(at))
     }
 
     fn f32(&self, at: usize) -> f64 {

@@ -32,6 +32,7 @@ pub mod link;
 mod order;
 mod peers;
 mod personality;
+mod pictures;
 mod procedure;
 mod px4;
 mod said;

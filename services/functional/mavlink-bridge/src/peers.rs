@@ -14,6 +14,8 @@ use crate::link::Voice;
 
 /// MAV_COMP_ID_AUTOPILOT1.
 const AUTOPILOT_COMPONENT: u8 = 1;
+/// MAV_COMP_ID_CAMERA to MAV_COMP_ID_CAMERA6.
+const CAMERA_COMPONENTS: std::ops::RangeInclusive<u8> = 100..=105;
 /// A second autopilot that was silent for this long is gone.
 const GONE: Duration = Duration::from_secs(5);
 /// MAV_TYPE of multirotors and helicopters: quadrotor, coaxial, helicopter, hexarotor, octorotor, tricopter, dodecarotor, decarotor.
@@ -70,6 +72,11 @@ impl Peers {
     /// Whether a frame comes from the one that is flown.
     pub(crate) fn is_flown(&self, frame: &Frame) -> bool {
         Some(frame.system()) == self.system() && frame.component() == AUTOPILOT_COMPONENT
+    }
+
+    /// Whether a frame comes from a camera on board of the one that is flown.
+    pub(crate) fn is_camera(&self, frame: &Frame) -> bool {
+        Some(frame.system()) == self.system() && CAMERA_COMPONENTS.contains(&frame.component())
     }
 
     /// A heartbeat was heard. There is a personality for `has_personality`.

@@ -93,7 +93,7 @@ fn local_position(it: &LocalPosition, vehicle: &Vehicle, now: Now) -> Option<fmu
 }
 
 /// The position on the globe; `None` while the satellite receiver has no fix, since it is (0, 0) then.
-fn global_position(it: &GlobalPosition, vehicle: &Vehicle, now: Time) -> Option<fmu::GlobalPosition> {
+pub(crate) fn global_position(it: &GlobalPosition, vehicle: &Vehicle, now: Time) -> Option<fmu::GlobalPosition> {
     let is_known = it.latitude_deg != 0.0 || it.longitude_deg != 0.0;
     let (eph_m, epv_m) = accuracy_m(vehicle, now);
     (is_known && LatLon::new(it.latitude_deg, it.longitude_deg).is_ok()).then_some(fmu::GlobalPosition {

@@ -65,9 +65,10 @@ function objective({ name, position, flying, survey, worth, after, reachWithinS,
 }
 
 /** The whole survey: an upload begins it again. */
-function surveyed({ corners, spacingM, headingDeg }) {
+function surveyed({ corners, spacingM, pictureDistanceM, headingDeg }) {
+  const pictures = pictureDistanceM == null ? "" : `, picture_distance_m = ${float(pictureDistanceM)}`;
   const heading = headingDeg == null ? "" : `, heading_deg = ${float(headingDeg)}`;
-  return `survey = { corners_m = ${ring(corners)}, spacing_m = ${float(spacingM)}${heading} }`;
+  return `survey = { corners_m = ${ring(corners)}, spacing_m = ${float(spacingM)}${pictures}${heading} }`;
 }
 
 const ring = (corners) => `[${corners.map(corner).join(", ")}]`;

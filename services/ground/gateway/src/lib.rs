@@ -46,7 +46,7 @@ mod in_place;
 mod journal;
 mod orders;
 pub mod process;
-pub mod recorded_decisions;
+pub mod recorded;
 mod recording;
 mod seats;
 pub mod server;
@@ -184,6 +184,7 @@ impl Node for Gateway {
             Topic::TreeSnapshot,
             Topic::TransponderReport,
             Topic::WindEstimate,
+            Topic::Picture,
             Topic::Heartbeat,
         ]
     }

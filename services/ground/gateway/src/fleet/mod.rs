@@ -68,6 +68,8 @@ pub(crate) struct VehicleState {
     pub(crate) traffic: BTreeMap<String, Seen<v1::TransponderReport>>,
     /// The wind as the vehicle estimates it.
     pub(crate) wind: Option<Seen<v1::WindEstimate>>,
+    /// How many pictures were taken on the present mission.
+    pub(crate) pictures: u32,
     /// Skills under way, and the last that ended.
     pub(crate) skills: Skills,
     /// Flags that are up.
@@ -166,6 +168,7 @@ impl VehicleState {
         (self.mission_began()? == before.mission_began()?).then_some(())?;
         self.track.go_on_from(before.track);
         self.decisions.go_on_from(before.decisions);
+        self.pictures = self.pictures.saturating_add(before.pictures);
         Some(())
     }
 
@@ -227,6 +230,9 @@ impl VehicleState {
             Message::McmStatus(status) => {
                 occurrence::report(message_of(&self.mcm), &status).map(&mut occurred);
                 self.track.of_mission(status.began_utc_ms);
+                if self.mission_began().is_some_and(|it| it != status.began_utc_ms) {
+                    self.pictures = 0;
+                }
                 self.mcm = seen(now, status);
             }
             Message::DecisionRecord(decision) => {
@@ -236,6 +242,7 @@ impl VehicleState {
             Message::TreeSnapshot(tree) => self.tree = seen(now, tree),
             Message::TransponderReport(report) => self.on_traffic(now, report),
             Message::WindEstimate(wind) => self.wind = seen(now, wind),
+            Message::Picture(_) => self.pictures = self.pictures.saturating_add(1),
             Message::Heartbeat(heartbeat) => self.processes.on_heartbeat(now, heartbeat),
             // Not subscribed to: the monitor's aggregate contains these data, and no operator reads timing marks.
             Message::McmTiming(_)

@@ -3,9 +3,9 @@
 //! What was never seen is absent, never a default; the rules are in that file.
 
 use std::cmp::Reverse;
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
-use domain::time::{Pace, Time};
+use domain::time::{Pace, Time, utc_text_with_millis};
 use kittiwake_proto::v1;
 use node::VehicleId;
 use serde_json::{Value, json};
@@ -86,8 +86,5 @@ pub(crate) fn stamped(mission_time_s: Option<f64>, utc_ms: i64, mut object: Valu
 
 /// A moment in milliseconds since the Unix epoch, such as `2026-01-01T00:00:00.000Z`.
 pub(crate) fn utc(ms: i64) -> String {
-    // The text goes no further than the year 9999.
-    let since_epoch = Duration::from_millis(u64::try_from(ms).unwrap_or(0).min(253_402_300_799_999));
-    let utc = SystemTime::UNIX_EPOCH.checked_add(since_epoch).unwrap_or(SystemTime::UNIX_EPOCH);
-    humantime::format_rfc3339_millis(utc).to_string()
+    utc_text_with_millis(ms)
 }

@@ -84,6 +84,14 @@ fn traffic_and_wind_are_shown_for_some_seconds() {
 }
 
 #[test]
+fn the_pictures_of_the_present_mission_are_counted() {
+    let began = |began_utc_ms| Message::from(v1::McmStatus { began_utc_ms, ..Default::default() });
+    let taken = || Message::from(v1::Picture::default());
+    assert_eq!(after([began(7), taken(), began(7), taken()])["pictures"], 2);
+    assert_eq!(after([began(7), taken(), began(8), taken(), taken(), taken()])["pictures"], 3);
+}
+
+#[test]
 fn the_plan_has_two_tracks_side_by_side() {
     let mcm = v1::McmStatus {
         step: Some(v1::PlanStep { id: 1, ..Default::default() }),

@@ -50,6 +50,7 @@ pub(crate) fn vehicle(
         aircraft: aircraft(state),
         traffic: state.traffic.values().filter_map(|it| traffic(it, now, ages)).collect(),
         wind: state.wind.as_ref().filter(|it| ages.wall(it, now) < REPORT_LIFETIME).map(|it| *it.message),
+        pictures: state.pictures,
         report: state.report().cloned(),
         processes: processes(state, &snapshot.fleet.ground, now, ages),
         sources: Some(sources(state, now, ages)),

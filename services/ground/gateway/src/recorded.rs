@@ -1,4 +1,4 @@
-//! The decisions in a recording, without a gateway.
+//! What is in a recording, without a gateway.
 
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
@@ -9,11 +9,11 @@ use kittiwake_proto::v1;
 use crate::recording::index;
 use crate::recording::reading::{Found, read_each};
 
-/// What a recording says.
+/// What a recording has of one topic.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RecordedDecisions {
+pub struct Recorded<M> {
     /// In the order in which they were recorded.
-    pub decisions: Vec<v1::DecisionRecord>,
+    pub messages: Vec<M>,
     /// What is wrong with the file, which was read up to there; `None` if it was read to its end.
     pub problem: Option<String>,
 }
@@ -47,21 +47,40 @@ pub enum NoRecording {
 ///
 /// # Errors
 /// If nothing in it is a recording.
-pub fn read(path: &Path) -> Result<RecordedDecisions, NoRecording> {
+pub fn decisions(path: &Path) -> Result<Recorded<v1::DecisionRecord>, NoRecording> {
+    read(path, Topic::DecisionRecord, |message| match message {
+        Message::DecisionRecord(it) => Some(it),
+        _ => None,
+    })
+}
+
+/// Reads the pictures in a file, as far as it can be read.
+///
+/// # Errors
+/// If nothing in it is a recording.
+pub fn pictures(path: &Path) -> Result<Recorded<v1::Picture>, NoRecording> {
+    read(path, Topic::Picture, |message| match message {
+        Message::Picture(it) => Some(it),
+        _ => None,
+    })
+}
+
+/// `of` gets each message of the topic.
+fn read<M>(path: &Path, wanted: Topic, of: impl Fn(Message) -> Option<M>) -> Result<Recorded<M>, NoRecording> {
     let file = regular_file::open(path).map_err(|cause| NoRecording::Closed { path: path.to_owned(), cause })?;
-    let (mut decisions, mut is_recording) = (Vec::new(), false);
+    let (mut messages, mut is_recording) = (Vec::new(), false);
     let problem = read_each(BufReader::new(file), |found| {
         let Found::Message { topic, bytes, .. } = found else { return };
         is_recording = true;
         // A message that is malformed was never taken in by anybody.
-        if topic == Topic::DecisionRecord
-            && let Ok(Message::DecisionRecord(record)) = Message::decode(topic, bytes)
+        if topic == wanted
+            && let Ok(message) = Message::decode(topic, bytes)
         {
-            decisions.push(record);
+            messages.extend(of(message));
         }
     });
     if is_recording {
-        return Ok(RecordedDecisions { decisions, problem });
+        return Ok(Recorded { messages, problem });
     }
     let problem = problem.unwrap_or_else(|| "none of its messages belongs to a mission".to_owned());
     Err(NoRecording::Other { path: path.to_owned(), problem })
@@ -104,9 +123,9 @@ mod tests {
     fn check(bytes: &[u8], expected: Result<(Vec<v1::DecisionRecord>, bool), &str>) {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), bytes).unwrap();
-        match (read(file.path()), expected) {
+        match (decisions(file.path()), expected) {
             (Ok(found), Ok((decisions, is_whole))) => {
-                assert_eq!((found.decisions, found.problem.is_none()), (decisions, is_whole));
+                assert_eq!((found.messages, found.problem.is_none()), (decisions, is_whole));
             }
             (Err(error), Err(part)) => assert!(error.to_string().contains(part), "{error}"),
             (found, expected) => panic!("{found:?}, expected {expected:?}"),
@@ -124,14 +143,24 @@ mod tests {
     }
 
     #[test]
+    fn the_pictures_are_read_and_nothing_else() {
+        let taken = |number| v1::Picture { number, ..Default::default() };
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let messages = vec![taken(0).into(), decision(1, 77).into(), taken(1).into()];
+        std::fs::write(file.path(), recording(messages)).unwrap();
+        let found = pictures(file.path()).unwrap();
+        assert_eq!(found, Recorded { messages: vec![taken(0), taken(1)], problem: None });
+    }
+
+    #[test]
     fn a_file_that_is_no_recording_is_refused_with_what_was_expected() {
         check(b"", Err("is not a recording: "));
         check(b"name = \"mission\"\n", Err("expected an MCAP file"));
         check(&recording(Vec::new()), Err("none of its messages belongs to a mission"));
-        let missing = read(Path::new("/nothing/here.mcap")).unwrap_err().to_string();
+        let missing = decisions(Path::new("/nothing/here.mcap")).unwrap_err().to_string();
         assert!(missing.starts_with("/nothing/here.mcap: cannot be opened: "), "{missing}");
         let folder = tempfile::tempdir().unwrap();
-        assert!(read(folder.path()).is_err(), "a folder");
+        assert!(decisions(folder.path()).is_err(), "a folder");
     }
 
     #[test]
