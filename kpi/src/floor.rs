@@ -105,7 +105,7 @@ fn skill_event(id: u64) -> v1::SkillEvent {
         position_timestamp_us: 83_412_675,
         landed_timestamp_us: 82_900_113,
         flown_by_other: false,
-        results: Vec::new(),
+        ..Default::default()
     }
 }
 

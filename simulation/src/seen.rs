@@ -72,7 +72,8 @@ pub(crate) struct Seen {
 impl Seen {
     /// Whether a task goes on along the present step.
     pub(crate) fn has_task_along(&self) -> bool {
-        self.planner.steps.first().is_some_and(|it| !it.along.is_empty())
+        let step = self.planner.plan.as_ref().and_then(|it| it.steps.first());
+        step.is_some_and(|it| !it.along.is_empty())
     }
 
     /// Nothing yet of a vehicle with these files.

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use domain::declared_skill::DeclaredSkill;
+use domain::declared_skill::{DeclaredSkill, DeclaredSkills};
 use domain::file::Source;
 use domain::geodesy::{LatLon, LocalFrame};
 use domain::geometry::Ned;

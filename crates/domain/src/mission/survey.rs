@@ -302,7 +302,7 @@ flying = false
         let read = |survey: &str, along: &str| {
             let keys = format!("along = [{{ skill = \"photo\"{along} }}]\nflying = true");
             let text = GOOD.replacen("flying = true", &keys, 1).replace("spacing_m = 30", survey);
-            let mission = Mission::read_with(&Source { path: "m.toml".into(), text }, &skills)?;
+            let mission = Mission::read_with(&Source { path: "m.toml".into(), text }, &skills, None)?;
             Ok::<_, Mistakes>(mission.objectives[0].terms.along[0].inputs.clone())
         };
         let every_m = |metres| Ok(vec![("every_m".to_owned(), metres)]);

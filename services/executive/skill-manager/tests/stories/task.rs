@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use domain::fmu::Command;
 use domain::geometry::Ned;
 use domain::skill::Goal;
 use domain::task::{Stance, Task, TaskGoal};
 use kittiwake_proto::topics::Message;
+use kittiwake_proto::v1::vehicle_command::Command;
 use kittiwake_proto::v1::{self, SkillOutcome, TaskState};
 
 use crate::stories::support::autopilot::Autopilot;
@@ -204,7 +204,7 @@ fn a_task_along_a_flight_that_fails_or_is_interrupted_keeps_nobody_waiting() {
     runs(&mut rig, 1);
     rig.start(Goal::Land);
     rig.run(0.2);
-    assert_eq!(rig.autopilot.commands.last(), Some(&Command::Land));
+    assert_eq!(rig.autopilot.commands.last(), Some(&Command::Land(v1::LandCommand {})));
     assert_eq!(orders(&rig), [false, true]);
 }
 
