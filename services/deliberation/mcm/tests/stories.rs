@@ -576,7 +576,7 @@ fn a_planner_of_another_version_is_refused_by_its_version() {
     let mut rig = Rig::new();
     rig.story();
     rig.answer_plan(plan(&[step(1, fly(80.0), &[])]), 0);
-    let why = "the planner speaks version 1 of the questions about plans, expected 3: start both from one version of the program";
+    let why = "the planner speaks version 1 of the questions about plans, expected 4: start both from one version of the program";
     assert_eq!(rig.story(), format!("planner/replan refused: {why}"));
     assert!(rig.decisions.iter().any(|it| it.contains(why)), "{:?}", rig.decisions);
 }

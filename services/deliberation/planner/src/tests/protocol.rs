@@ -67,7 +67,7 @@ fn a_mission_manager_of_another_version_is_refused_by_its_version() {
     };
     let expected = |found| {
         format!(
-            "refused: the mission manager speaks version {found} of the questions about plans, expected 3: start both from one \
+            "refused: the mission manager speaks version {found} of the questions about plans, expected 4: start both from one \
              version of the program\n"
         )
     };
