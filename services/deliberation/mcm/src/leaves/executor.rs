@@ -22,6 +22,9 @@ pub(super) struct NominalExecutor {
 impl Leaf<World> for NominalExecutor {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         self.flown = None;
+        if world.conditions_are_late() {
+            return Ok(Status::Running);
+        }
         let Some(step) = world.begin_step() else {
             ports.explain("there is no step to fly");
             return Ok(Status::Failure);
@@ -47,7 +50,7 @@ impl Leaf<World> for NominalExecutor {
             ports.explain(format!("given up: {reason}"));
             return Ok(Status::Failure);
         }
-        let (step, subtree) = self.flown.as_mut().ok_or("no step was started")?;
+        let Some((step, subtree)) = self.flown.as_mut() else { return self.start(world, ports) };
         let answer = ports.tick_tree(subtree, world);
         match answer {
             Status::Success => world.step_flown(step),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use domain::plan::Condition;
+use domain::plan::{Condition, Step};
 use domain::skill::Goal;
 use domain::task::TaskGoal;
 use kittiwake_proto::v1::DeclaredSkill;
@@ -66,6 +66,13 @@ impl World {
             }
         }
         kept
+    }
+
+    /// Whether what the monitor says about the conditions of the present step's skill is older than the landing before it.
+    pub(crate) fn conditions_are_late(&self) -> bool {
+        let of_skill = |step: &Step| step.nominal.precondition.skill.is_some();
+        let step = self.planner.flight.step().filter(|(step, ..)| of_skill(step));
+        step.is_some() && self.seen.vehicle.is_some_and(|it| it.flying != self.seen.skills_in_flight)
     }
 
     /// What a declared skill promises and does not hold although it has succeeded.

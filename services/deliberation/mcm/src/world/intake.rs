@@ -50,7 +50,9 @@ impl World {
                 let undecided = std::mem::take(&mut introspection.undecided_flags).into_iter().collect();
                 let level = Level { up: flags.map(listed).collect(), undecided };
                 self.monitor.flags.extend(self.monitor.listed.compare(level));
-                self.monitor.vehicle = vehicle?.or(self.monitor.vehicle);
+                let vehicle = vehicle?;
+                self.seen.skills_in_flight = vehicle.map_or(self.seen.skills_in_flight, |it| it.flying);
+                self.monitor.vehicle = vehicle.or(self.monitor.vehicle);
                 traffic?;
             }
             Message::SkillEvent(event) => {

@@ -145,6 +145,8 @@ struct Seen {
     traffic: SeenTraffic,
     /// Each declared skill, as the monitor has told last.
     skills: Vec<v1::DeclaredSkill>,
+    /// Whether the vehicle was in flight by the same message.
+    skills_in_flight: bool,
     /// Whether it flies; `None` before it is seen, if nothing was restored.
     flies: Option<Known<bool>>,
     /// Since when it is on the ground, with its motors on and with its motors off.

@@ -73,7 +73,7 @@ fn a_mission_manager_of_another_version_is_refused_by_its_version() {
     };
     // The first version had no such field.
     assert_eq!(refused(None), expected(1));
-    assert_eq!(refused(Some(v1::PlanningBasis { protocol: 4, ..Default::default() })), expected(4));
+    assert_eq!(refused(Some(v1::PlanningBasis { protocol: 5, ..Default::default() })), expected(5));
 }
 
 #[test]
