@@ -58,8 +58,8 @@ fn a_site_that_is_lost_in_the_approach_is_left_and_landed_at_once_it_is_ready_ag
     }
     simulation.report_deck(Deck::Occupied);
     simulation.pass(s(30));
-    let east_m = simulation.position().map(|it| it.east_m);
-    assert!(east_m.is_some_and(|it| it < 320.0 || 480.0 < it), "{east_m:?}\n{}", simulation.decision_log());
+    let away_m = simulation.position().map(|it| it.north_m.hypot(it.east_m - 400.0));
+    assert!(away_m.is_some_and(|it| 80.0 < it), "{away_m:?}\n{}", simulation.decision_log());
     simulation.report_deck(Deck::Clear);
     ends(
         simulation,
