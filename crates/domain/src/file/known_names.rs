@@ -2,7 +2,7 @@
 
 use super::limits::shortened;
 
-/// A name that differs in no more characters, and in no more than half of them, is taken for a misspelt one.
+/// A name that differs in no more characters, and not in all, is taken for a misspelt one.
 const MOST_DIFFERENT: usize = 3;
 /// The longest name that is compared or shown, in characters: the time to compare two grows with the product of their lengths.
 const LONGEST: usize = 100;
@@ -31,7 +31,7 @@ fn nearest<'k>(found: &str, known: &[&'k str]) -> Option<&'k str> {
     let compared = known.iter().filter(is_comparable).map(|it| (strsim::levenshtein(found, it), *it));
     compared
         .min_by_key(|(different, _)| *different)
-        .filter(|(different, it)| *different <= MOST_DIFFERENT.min(it.chars().count().max(length) / 2))
+        .filter(|(different, it)| *different <= MOST_DIFFERENT && *different < it.chars().count().max(length))
         .map(|it| it.1)
 }
 
