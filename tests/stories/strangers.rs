@@ -48,7 +48,7 @@ fn temporary_files(url: &str, mode: u32) -> tempfile::TempDir {
     std::fs::create_dir(&folder).unwrap();
     let pid = std::process::id();
     let run_file = format!(
-        r#"{{"pid":{pid},"connect":"tcp/127.0.0.1:1","http":"{url}","token":"","vehicle":"uav1","config":"x","ca":null}}"#
+        r#"{{"pid":{pid},"connect":"tcp/127.0.0.1:1","http":"{url}","token":"","vehicle":"uav1","config":"x","ca":null,"locked":false}}"#
     );
     write_private(&folder.join("1-00c0ffee.json"), &run_file);
     std::fs::set_permissions(&folder, PermissionsExt::from_mode(mode)).unwrap();
