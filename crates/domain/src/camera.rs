@@ -1,4 +1,4 @@
-//! What a camera that looks straight down shows of level ground.
+//! The level ground that a camera shows which looks straight down.
 //!
 //! A pinhole: the sensor and what it shows are the sides of similar triangles, so that one is to the other as the focal length is to
 //! the height (Wolf, Dewitt, Wilkinson, Elements of Photogrammetry, 4th ed., chapter 6: the scale of a vertical photograph).
@@ -19,7 +19,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// What a picture from this height above the ground shows, in metres: across the flight, and along it.
+    /// The ground that a picture from this height above it shows, in metres: across the flight, and along it.
     pub fn footprint_m(&self, height_m: f64) -> [f64; 2] {
         [self.sensor_width_mm, self.sensor_height_mm].map(|it| it.get() * height_m / self.focal_length_mm.get())
     }

@@ -429,7 +429,7 @@ impl Input {
     }
 }
 
-/// What conditions read while all is well and the vehicle does this at this height.
+/// The values that conditions read while all is well and the vehicle does this at this height.
 fn usual(stance: Stance, height_m: f64) -> Snapshot {
     let mut usual = well(stance != Stance::Stands);
     usual.set(Field::Height, Some(height_m));

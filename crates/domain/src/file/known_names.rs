@@ -14,7 +14,7 @@ pub fn did_you_mean(found: &str, known: &[&str]) -> String {
     nearest(found, known).map_or_else(|| listed(known), |it| format!("did you mean `{it}`?"))
 }
 
-/// What was meant by the name in a parser's message of the form "unknown field `spee`, expected `speed` or `count`"; `None` if nothing is close.
+/// Help for a parser's message such as "unknown field `spee`, expected `speed` or `count`"; `None` if no expected name is close.
 pub(super) fn misspelt(message: &str) -> Option<String> {
     let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let (found, known) = names.split_first().filter(|_| message.starts_with("unknown "))?;
