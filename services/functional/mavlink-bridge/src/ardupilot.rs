@@ -110,7 +110,7 @@ impl Personality for ArduPilot {
             Command::Takeoff { height_m } => {
                 vec![Step::Mode(GUIDED), Step::Takeoff { height_m, until: Until::Acknowledged }, Step::Climb]
             }
-            Command::Land => vec![Step::Mode(LAND)],
+            Command::Land | Command::LandOnTarget => vec![Step::Mode(LAND)],
             // LOITER would fly the sticks of a pilot who is not there. To set GUIDED in GUIDED does nothing: it flies on.
             Command::Loiter => vec![Step::Mode(GUIDED), Step::Stop],
             Command::Offboard => vec![Step::Mode(GUIDED), Step::Follow],

@@ -229,7 +229,7 @@ impl Flown {
         }
         let steps = self.personality.steps(command, &self.vehicle)?;
         self.adopts = false;
-        if matches!(command, Command::Arm | Command::Takeoff { .. } | Command::Land) {
+        if matches!(command, Command::Arm | Command::Takeoff { .. } | Command::Land | Command::LandOnTarget) {
             self.setpoints.forget();
         }
         if matches!(command, Command::Takeoff { .. }) {
@@ -285,7 +285,8 @@ impl Flown {
         match &result {
             CommandResult::Accepted => {
                 tracing::info!("{command}: done");
-                if matches!(command, Command::Loiter | Command::Land | Command::Takeoff { .. }) {
+                if matches!(command, Command::Loiter | Command::Land | Command::LandOnTarget | Command::Takeoff { .. })
+                {
                     self.setpoints.end();
                 }
             }

@@ -110,7 +110,7 @@ impl Personality for Px4 {
                 return Err("the vehicle is not known to be on the ground".into());
             }
             Command::Takeoff { height_m } => vec![Step::Takeoff { height_m, until: Until::Mode(TAKEOFF) }],
-            Command::Land => vec![Step::Mode(LAND)],
+            Command::Land | Command::LandOnTarget => vec![Step::Mode(LAND)],
             Command::Loiter => vec![Step::Mode(LOITER)],
             Command::Offboard => vec![Step::Follow, Step::Stream, Step::Mode(OFFBOARD)],
             Command::Release => vec![long(command::GRIPPER, [1.0], Until::Acknowledged)],

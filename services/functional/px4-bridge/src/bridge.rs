@@ -278,6 +278,7 @@ impl Bridge {
             failures: self.health.failures(flies.intended, flies.failsafe),
             origin: self.frame.origin(),
             gripper: None,
+            landing_target_seen: None,
             commanded_by_other: self.modes.other().is_some(),
             reason,
             can_arm,
@@ -322,7 +323,12 @@ impl Bridge {
                 None if altitude.is_none() => Err("PX4 does not know where its origin is yet".into()),
                 None => Ok(()),
             },
-            Command::Disarm | Command::Land | Command::Loiter | Command::Offboard | Command::Release => Ok(()),
+            Command::Disarm
+            | Command::Land
+            | Command::LandOnTarget
+            | Command::Loiter
+            | Command::Offboard
+            | Command::Release => Ok(()),
         }
     }
 

@@ -44,7 +44,7 @@ impl Px4Command {
             Command::Disarm => (ARM_DISARM, [0.0; 7]),
             // Where it stands, without a heading, up to an altitude above mean sea level.
             Command::Takeoff { height_m } => (TAKEOFF, [NAN, NAN, NAN, NAN, NAN, NAN, origin_amsl_m? + height_m]),
-            Command::Land => (LAND, [0.0, 0.0, 0.0, NAN, NAN, NAN, NAN]),
+            Command::Land | Command::LandOnTarget => (LAND, [0.0, 0.0, 0.0, NAN, NAN, NAN, NAN]),
             Command::Loiter => return Some(Px4Command::hold()),
             Command::Offboard => (SET_MODE, [CUSTOM, MAIN_OFFBOARD, 0.0, 0.0, 0.0, 0.0, 0.0]),
             // Gripper 1, action 0: release.
