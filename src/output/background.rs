@@ -66,8 +66,13 @@ mod tests {
         let background = Background::start().unwrap();
         let (read, reader) = sync_channel(1);
         let (said, heard) = sync_channel(2 * WAITING);
-        // The reader stalls.
-        background.put(Box::new(move || reader.recv().unwrap()));
+        // The reader stalls, and has begun to: else it would make room for one more later.
+        let (stalls, stalled) = sync_channel(1);
+        background.put(Box::new(move || {
+            stalls.send(()).unwrap();
+            reader.recv().unwrap();
+        }));
+        stalled.recv().unwrap();
         for number in 0..2 * WAITING {
             let said = said.clone();
             background.put(Box::new(move || said.send(number).unwrap()));

@@ -11,7 +11,7 @@ use domain::declared_skill::{CANCELLED, DeclaredSkill};
 use domain::geometry::Ned;
 use domain::task::{REPEAT, SILENT, Stance, Task, TaskGoal};
 use domain::time::Time;
-use domain::wire::task::values_to_wire;
+use domain::wire::task::inputs_to_wire;
 use kittiwake_proto::v1::{self, TaskState};
 
 use super::examiner::Examiner;
@@ -102,7 +102,7 @@ impl Exam<'_> {
     }
 
     fn send(&self, request_id: &str, skill: &str, cancel: bool) {
-        let inputs = values_to_wire(&self.goal.task.inputs);
+        let inputs = inputs_to_wire(&self.goal.task.inputs);
         let order = v1::TaskOrder { request_id: request_id.to_owned(), skill: skill.to_owned(), inputs, cancel };
         // The bus ends first only where there is none.
         let _ = self.orders.send(order);

@@ -10,6 +10,7 @@ use domain::aircraft::Aircraft;
 use domain::declared_skill::{BUILT_IN, DeclaredSkills};
 use domain::energy::Wind;
 use domain::file::did_you_mean;
+use domain::task::Value;
 
 use crate::check_inputs;
 use crate::cli::TargetArgs;
@@ -48,16 +49,16 @@ pub struct TestArgs {
     /// The declared skill
     #[arg(value_name = "NAME")]
     pub name: String,
-    /// A number for an input, such as `length_m=5`; without it its usual value, or the least one
-    #[arg(long = "input", value_name = "NAME=NUMBER", value_parser = read_input)]
-    pub inputs: Vec<(String, f64)>,
+    /// An input, such as `length_m=5` or `side=left`; without it its usual value, or the least or first one
+    #[arg(long = "input", value_name = "NAME=VALUE", value_parser = read_input)]
+    pub inputs: Vec<(String, Value)>,
     #[command(flatten)]
     pub target: TargetArgs,
 }
 
-fn read_input(text: &str) -> Result<(String, f64), String> {
-    let (name, value) = text.split_once('=').ok_or("expected NAME=NUMBER, such as length_m=5")?;
-    let value = value.parse().map_err(|_| format!("`{value}` is not a number"))?;
+fn read_input(text: &str) -> Result<(String, Value), String> {
+    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE, such as length_m=5")?;
+    let value = value.parse().map_or_else(|_| Value::Text(value.to_owned()), Value::Number);
     Ok((name.to_owned(), value))
 }
 

@@ -7,7 +7,7 @@ import argparse
 import json
 import threading
 import time
-from typing import Callable, Dict, Optional
+from typing import Callable, Dict, Optional, Union
 
 import zenoh
 
@@ -22,8 +22,8 @@ class Task:
 
     def __init__(self, order: pb.TaskOrder):
         self.request_id = order.request_id
-        #: A number for each input of the declaration.
-        self.inputs: Dict[str, float] = {it.name: it.value for it in order.inputs}
+        #: A number or a text for each input of the declaration.
+        self.inputs: Dict[str, Union[float, str]] = {it.name: it.text or it.value for it in order.inputs}
         #: Set when the task is to end: the vehicle waits `interrupt_s` of the declaration, and flies on.
         self.cancelled = threading.Event()
         #: What was found out: told with the outcome.

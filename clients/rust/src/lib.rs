@@ -39,8 +39,10 @@ pub struct Offer {
 /// One order, as who carries it out sees it.
 #[derive(Debug)]
 pub struct Task {
-    /// A number for each input of the declaration.
+    /// The numbers among the inputs of the declaration.
     pub inputs: BTreeMap<String, f64>,
+    /// The texts among them.
+    pub texts: BTreeMap<String, String>,
     state: Mutex<State>,
     changed: Condvar,
 }
@@ -56,8 +58,10 @@ struct State {
 
 impl Task {
     fn of(order: &v1::TaskOrder) -> Task {
-        let inputs = order.inputs.iter().map(|it| (it.name.clone(), it.value)).collect();
-        Task { inputs, state: Mutex::default(), changed: Condvar::new() }
+        let (texts, numbers): (Vec<_>, Vec<_>) = order.inputs.iter().partition(|it| !it.text.is_empty());
+        let inputs = numbers.into_iter().map(|it| (it.name.clone(), it.value)).collect();
+        let texts = texts.into_iter().map(|it| (it.name.clone(), it.text.clone())).collect();
+        Task { inputs, texts, state: Mutex::default(), changed: Condvar::new() }
     }
 
     /// Waits; returns whether the task is to end: the vehicle waits `interrupt_s` of the declaration, and flies on.
@@ -184,7 +188,11 @@ impl Process {
             report.set_state(if state.outcome.is_some() { TaskState::Ended } else { TaskState::Running });
             if let Some(outcome) = &state.outcome {
                 report.outcome.clone_from(outcome);
-                let result = |(name, value): (&String, &f64)| v1::TaskValue { name: name.clone(), value: *value };
+                let result = |(name, value): (&String, &f64)| v1::TaskValue {
+                    name: name.clone(),
+                    value: *value,
+                    ..Default::default()
+                };
                 report.results = state.results.iter().map(result).collect();
             }
         }

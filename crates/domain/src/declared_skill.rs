@@ -15,12 +15,13 @@ use crate::contingency::expression::estimate::Estimate;
 use crate::contingency::expression::{Expression, Problem, Verdict};
 use crate::contingency::hazard::reach::well;
 use crate::contingency::snapshot::{Field, Snapshot};
+use crate::control_character::is_control;
 use crate::file::{Mistake, Mistakes, Source, did_you_mean};
 use crate::geometry::Ned;
 use crate::mission::Objective;
 use crate::payload_command::{PAYLOAD_COMMANDS, Param, PayloadCommand};
 use crate::quantity::Number;
-use crate::task::{Stance, Task, TaskGoal};
+use crate::task::{Stance, Task, TaskGoal, Value};
 
 /// Most seconds that another skill waits for an interrupted one: an emergency cannot wait longer. (ENG)
 const LONGEST_INTERRUPT_S: f64 = 10.0;
@@ -33,6 +34,8 @@ const MOST_PARAMS: usize = 7;
 /// Most tasks at one place.
 pub const MOST_TASKS: usize = 50;
 const LONGEST_NAME: usize = 40;
+/// Characters of an input.
+const LONGEST_TEXT: usize = 100;
 /// A task along a leg has failed if it runs for longer, in seconds: no flight takes a day. Also the greatest estimate.
 const LONGEST_LEG_S: f64 = 86_400.0;
 
@@ -73,10 +76,19 @@ pub struct DeclaredSkill {
 #[derive(Debug, Clone, PartialEq)]
 struct Input {
     name: String,
-    least: f64,
-    most: f64,
+    kind: InputKind,
     /// Its value where a mission leaves it out.
-    usual: Option<f64>,
+    usual: Option<Value>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum InputKind {
+    Number {
+        least: f64,
+        most: f64,
+    },
+    /// One of these; any if there are none.
+    Text(Vec<String>),
 }
 
 #[derive(Deserialize)]
@@ -118,9 +130,15 @@ enum ParamEntry {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct InputEntry {
-    least: Spanned<f64>,
-    most: Spanned<f64>,
-    usual: Option<Spanned<f64>>,
+    least: Option<Spanned<f64>>,
+    most: Option<Spanned<f64>>,
+    /// It is a text.
+    #[serde(default)]
+    text: bool,
+    /// One of these.
+    #[serde(default)]
+    choices: Vec<Spanned<String>>,
+    usual: Option<Spanned<Value>>,
 }
 
 #[derive(Deserialize)]
@@ -330,23 +348,29 @@ impl DeclaredSkill {
             return Some((format!("skill `{skill}` has no input `{name}`"), did_you_mean(name, &names)));
         }
         let bad_input = self.inputs.iter().find_map(|input| {
-            let Input { name, least, most, .. } = input;
+            let name = &input.name;
             match input.of(task) {
                 None => {
-                    Some((format!("skill `{skill}` needs `{name}`"), format!("add `{name}`, from {least} to {most}")))
+                    Some((format!("skill `{skill}` needs `{name}`"), format!("add `{name}`, {}", input.expected())))
                 }
-                Some(value) if !(*least..=*most).contains(&value) => {
-                    Some((format!("`{name}` of skill `{skill}` is {value}, expected {least} to {most}"), String::new()))
+                Some(value) => {
+                    let expected = input.unfit(&value)?;
+                    Some((format!("`{name}` of skill `{skill}` is {value}, expected {expected}"), String::new()))
                 }
-                Some(_) => None,
             }
         });
         bad_input.or_else(|| self.bad_estimate(task)).or_else(|| self.bad_height(stance, height_m))
     }
 
-    /// Its inputs by their names; the greatest of one that the task does not say.
+    /// Its numbers by their names; the greatest of one that the task does not say.
     fn values(&self, task: &Task) -> Vec<(String, f64)> {
-        self.inputs.iter().map(|it| (it.name.clone(), it.of(task).unwrap_or(it.most))).collect()
+        let value = |it: &Input| match it.kind {
+            InputKind::Number { most, .. } => {
+                Some((it.name.clone(), it.of(task).and_then(|it| it.number()).unwrap_or(most)))
+            }
+            InputKind::Text(_) => None,
+        };
+        self.inputs.iter().filter_map(value).collect()
     }
 
     /// The extremes were tried when it was read; between them it may be anything.
@@ -380,7 +404,7 @@ impl DeclaredSkill {
         const NAME: &str = "every_m";
         let is_given = task.inputs.iter().any(|(name, _)| name == NAME);
         if !is_given && self.inputs.iter().any(|it| it.name == NAME) {
-            task.inputs.push((NAME.to_owned(), every_m));
+            task.inputs.push((NAME.to_owned(), every_m.into()));
         }
         task
     }
@@ -416,10 +440,11 @@ impl DeclaredSkill {
         }
     }
 
-    /// A task with these inputs, for the others their usual value or the least one.
-    pub fn example(&self, inputs: &[(String, f64)]) -> Task {
-        let given = |name: &str| inputs.iter().find(|(it, _)| it == name).map(|(_, value)| *value);
-        let known = self.inputs.iter().map(|it| (it.name.clone(), given(&it.name).or(it.usual).unwrap_or(it.least)));
+    /// A task with these inputs, for the others their usual value, or the least or first one.
+    pub fn example(&self, inputs: &[(String, Value)]) -> Task {
+        let given = |name: &str| inputs.iter().find(|(it, _)| it == name).map(|(_, value)| value.clone());
+        let other = |it: &Input| it.usual.clone().unwrap_or_else(|| it.first());
+        let known = self.inputs.iter().map(|it| (it.name.clone(), given(&it.name).unwrap_or_else(|| other(it))));
         let unknown = inputs.iter().filter(|(name, _)| self.inputs.iter().all(|it| it.name != *name));
         Task { skill: self.name.clone(), inputs: known.chain(unknown.cloned()).collect() }
     }
@@ -461,25 +486,65 @@ impl DeclaredSkill {
 }
 
 impl Input {
-    fn of(&self, task: &Task) -> Option<f64> {
+    fn of(&self, task: &Task) -> Option<Value> {
         let given = task.inputs.iter().find(|(name, _)| *name == self.name);
-        given.map(|(_, value)| *value).or(self.usual)
+        given.map(|(_, value)| value.clone()).or_else(|| self.usual.clone())
+    }
+
+    /// What it may be instead, if `value` does not fit.
+    fn unfit(&self, value: &Value) -> Option<String> {
+        let fits = match (&self.kind, value) {
+            (InputKind::Number { least, most }, Value::Number(number)) => (*least..=*most).contains(number),
+            (InputKind::Text(choices), Value::Text(text)) => {
+                is_text(text) && (choices.is_empty() || choices.contains(text))
+            }
+            _ => false,
+        };
+        (!fits).then(|| self.expected())
+    }
+
+    /// `from 2 to 30`
+    fn expected(&self) -> String {
+        match &self.kind {
+            InputKind::Number { least, most } => format!("from {least} to {most}"),
+            InputKind::Text(choices) if choices.is_empty() => "a text in quotes".to_owned(),
+            InputKind::Text(choices) => format!("one of {}", choices.join(", ")),
+        }
+    }
+
+    /// The least number, or the first text.
+    fn first(&self) -> Value {
+        match &self.kind {
+            InputKind::Number { least, .. } => Value::Number(*least),
+            InputKind::Text(choices) => Value::Text(choices.first().cloned().unwrap_or_else(|| "text".to_owned())),
+        }
     }
 
     /// `length_m from 2 to 30, usually 5`
     fn in_words(&self) -> String {
-        let usual = self.usual.map(|it| format!(", usually {it}")).unwrap_or_default();
-        let Input { name, least, most, .. } = self;
-        format!("{name} from {least} to {most}{usual}")
+        let usual = self.usual.as_ref().map(|it| format!(", usually {it}")).unwrap_or_default();
+        format!("{} {}{usual}", self.name, self.expected())
     }
 }
 
-/// Every set of least and greatest inputs.
+const TEXTS: &str = "a text has 1 to 100 characters, none of them a control character";
+
+fn is_text(text: &str) -> bool {
+    (1..=LONGEST_TEXT).contains(&text.chars().count()) && !text.chars().any(is_control)
+}
+
+/// Every set of least and greatest numbers.
 fn corners(inputs: &[Input]) -> Vec<Vec<(String, f64)>> {
-    let end =
-        |set: usize, at: usize, it: &Input| (it.name.clone(), if set >> at & 1 == 0 { it.least } else { it.most });
-    let corner = |set| inputs.iter().enumerate().map(|(at, it)| end(set, at, it)).collect();
-    (0..1 << inputs.len().min(MOST_INPUTS)).map(corner).collect()
+    let range = |it: &Input| match it.kind {
+        InputKind::Number { least, most } => Some((it.name.clone(), least, most)),
+        InputKind::Text(_) => None,
+    };
+    let ranges: Vec<(String, f64, f64)> = inputs.iter().filter_map(range).take(MOST_INPUTS).collect();
+    let end = |set: usize, at: usize, (name, least, most): &(String, f64, f64)| {
+        (name.clone(), if (set >> at) & 1 == 0 { *least } else { *most })
+    };
+    let corner = |set| ranges.iter().enumerate().map(|(at, it)| end(set, at, it)).collect();
+    (0..1 << ranges.len()).map(corner).collect()
 }
 
 /// Looks up a value by its name.
@@ -553,24 +618,38 @@ impl Check<'_> {
         if !is_name(name.as_ref()) || name.as_ref() == "skill" {
             self.say(Some(name.span()), format!("`{}` cannot name an input", name.as_ref()), NAMES);
         }
-        let (least, most) = (*it.least.as_ref(), *it.most.as_ref());
-        if !(least.is_finite() && most.is_finite() && least <= most) {
-            self.say(
-                Some(it.most.span()),
-                format!("`most` is {most}, expected no less than `least`, which is {least}"),
-                "",
-            );
+        let kind = match (it.text || !it.choices.is_empty(), &it.least, &it.most) {
+            (true, None, None) => {
+                for choice in it.choices.iter().filter(|it| !is_text(it.as_ref())) {
+                    self.say(Some(choice.span()), format!("{:?} cannot be chosen", choice.as_ref()), TEXTS);
+                }
+                InputKind::Text(it.choices.iter().map(|it| it.as_ref().clone()).collect())
+            }
+            (false, Some(least), Some(most)) => {
+                let (most_span, least, most) = (most.span(), *least.as_ref(), *most.as_ref());
+                if !(least.is_finite() && most.is_finite() && least <= most) {
+                    let message = format!("`most` is {most}, expected no less than `least`, which is {least}");
+                    self.say(Some(most_span), message, "");
+                }
+                InputKind::Number { least, most }
+            }
+            _ => {
+                let message = format!("input `{}` is neither a number nor a text", name.as_ref());
+                self.say(Some(name.span()), message, "give `least` and `most`, or `text = true`, or `choices = [..]`");
+                InputKind::Text(Vec::new())
+            }
+        };
+        let input = Input { name: name.as_ref().clone(), kind, usual: it.usual.as_ref().map(|it| it.as_ref().clone()) };
+        if let Some((usual, expected)) = it.usual.as_ref().and_then(|it| Some((it, input.unfit(it.as_ref())?))) {
+            self.say(Some(usual.span()), format!("`usual` is {}, expected {expected}", usual.as_ref()), "");
         }
-        let usual = it.usual.as_ref().map(|it| *it.as_ref());
-        if let Some(entry) = it.usual.as_ref().filter(|it| !(least..=most).contains(it.as_ref())) {
-            self.say(Some(entry.span()), format!("`usual` is {}, expected {least} to {most}", entry.as_ref()), "");
-        }
-        Input { name: name.as_ref().clone(), least, most, usual }
+        input
     }
 
     /// What `key` comes to, `usual` without it: from 0 to a day for the least and the greatest inputs.
     fn estimate(&mut self, key: &str, it: Option<&Spanned<EstimateEntry>>, usual: f64, inputs: &[Input]) -> Estimate {
-        let names: Vec<&str> = inputs.iter().map(|it| it.name.as_str()).collect();
+        let is_number = |it: &&Input| matches!(it.kind, InputKind::Number { .. });
+        let names: Vec<&str> = inputs.iter().filter(is_number).map(|it| it.name.as_str()).collect();
         let estimate = match it.map(Spanned::as_ref) {
             None => return Estimate::constant(usual),
             Some(EstimateEntry::Number(number)) => Ok(Estimate::constant(*number)),
@@ -657,9 +736,11 @@ impl Check<'_> {
         let param = |it: &Spanned<ParamEntry>| match it.as_ref() {
             ParamEntry::Number(number) => Param::Number(*number),
             ParamEntry::Input(name) => {
-                if inputs.iter().all(|it| it.name != *name) {
-                    let names: Vec<&str> = inputs.iter().map(|it| it.name.as_str()).collect();
-                    self.say(Some(it.span()), format!("there is no input `{name}`"), &did_you_mean(name, &names));
+                let is_number = |it: &&Input| matches!(it.kind, InputKind::Number { .. });
+                let names: Vec<&str> = inputs.iter().filter(is_number).map(|it| it.name.as_str()).collect();
+                if !names.contains(&name.as_str()) {
+                    let message = format!("there is no input `{name}` that is a number");
+                    self.say(Some(it.span()), message, &did_you_mean(name, &names));
                 }
                 Param::Input(name.clone())
             }
@@ -718,7 +799,7 @@ params = [1, "length_m"]
     #[test]
     fn a_declaration_says_what_a_task_takes() {
         let skill = read(GOOD).unwrap();
-        let task = Task { skill: "winch_down".into(), inputs: vec![("length_m".into(), 12.0)] };
+        let task = Task { skill: "winch_down".into(), inputs: vec![("length_m".into(), 12.0.into())] };
         let goal = skill.goal(&task, Ned::default());
         assert_eq!((goal.estimate_s, goal.limit_s, goal.interrupt_s, skill.tries), (26.0, 60.0, 5.0, 1));
         assert_eq!(goal.task.to_string(), "winch_down (length_m 12)");
@@ -733,7 +814,7 @@ params = [1, "length_m"]
         }
         #[track_caller]
         fn check_at(height_m: f64, skill: &str, inputs: &[(&str, f64)], expected: Option<&str>) {
-            let inputs = inputs.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+            let inputs = inputs.iter().map(|(name, value)| ((*name).to_owned(), Value::Number(*value))).collect();
             let declared = DeclaredSkills::of(vec![read(GOOD).unwrap()]);
             let found = declared.misfit(&Task { skill: skill.into(), inputs }, Stance::Hovers, height_m);
             assert_eq!(found.map(|(message, _)| message).as_deref(), expected);
@@ -743,8 +824,33 @@ params = [1, "length_m"]
         check_at(40.0, "winch_down", &[("length_m", 12.0)], Some(too_high));
         check("winch_up", &[], Some("there is no declared skill `winch_up`"));
         check("winch_down", &[], Some("skill `winch_down` needs `length_m`"));
-        check("winch_down", &[("length_m", 50.0)], Some("`length_m` of skill `winch_down` is 50, expected 1 to 20"));
+        check(
+            "winch_down",
+            &[("length_m", 50.0)],
+            Some("`length_m` of skill `winch_down` is 50, expected from 1 to 20"),
+        );
         check("winch_down", &[("lenght_m", 5.0)], Some("skill `winch_down` has no input `lenght_m`"));
+    }
+
+    #[test]
+    fn an_input_may_be_a_text() {
+        #[track_caller]
+        fn check(inputs: &str, given: &str, expected: Option<&str>) {
+            let text = GOOD.replace("[outcome]", &format!("[input.side]\n{inputs}\n[outcome]"));
+            let declared = DeclaredSkills::of(vec![read(&text).unwrap_or_else(|it| panic!("{it}"))]);
+            let side = ("side".to_owned(), Value::Text(given.into()));
+            let task =
+                Task { skill: "winch_down".into(), inputs: vec![("length_m".to_owned(), Value::Number(3.0)), side] };
+            let found = declared.misfit(&task, Stance::Hovers, 10.0);
+            assert_eq!(found.map(|(message, _)| message).as_deref(), expected);
+        }
+        let wrong = "`side` of skill `winch_down` is \"up\", expected one of left, right";
+        check("choices = [\"left\", \"right\"]", "left", None);
+        check("choices = [\"left\", \"right\"]", "up", Some(wrong));
+        check("text = true", "up", None);
+        check("text = true", "", Some("`side` of skill `winch_down` is \"\", expected a text in quotes"));
+        let number = "`side` of skill `winch_down` is \"up\", expected from 1 to 2";
+        check("least = 1\nmost = 2", "up", Some(number));
     }
 
     #[test]
@@ -771,13 +877,17 @@ params = [1, "length_m"]
         check(seconds, "seconds = true", "m.toml:6:11: expected a number, or a text that calculates one from inputs");
         check("interrupt_s = 5.0", "interrupt_s = 60.0", "m.toml:9:15: `interrupt_s` is 60, expected at most 10");
         check("most = 20.0", "most = 0.5", "m.toml:12:8: `most` is 0.5, expected no less than `least`, which is 1");
-        check("done = \"success\"", "done = \"failure\"", "m.toml:14:1: no outcome is a success");
-        check("DO_WINCH", "NAV_LAND", "m.toml:18:11: `NAV_LAND` does not command a payload");
-        check("[1, \"length_m\"]", "[1, \"length\"]", "m.toml:19:14: there is no input `length`");
-        check("snagged", "error", "m.toml:16:1: `error` cannot name an outcome");
+        check("done = \"success\"", "done = \"failure\"", "m.toml:13:1: no outcome is a success");
+        check("DO_WINCH", "NAV_LAND", "m.toml:17:11: `NAV_LAND` does not command a payload");
+        check("[1, \"length_m\"]", "[1, \"length\"]", "m.toml:18:14: there is no input `length` that is a number");
+        let neither = "m.toml:10:8: input `length_m` is neither a number nor a text";
+        check("least = 1.0\n", "", neither);
+        check("most = 20.0", "most = 20.0\nchoices = [\"a\"]", neither);
+        check("most = 20.0", "most = 20.0\nusual = \"a\"", "m.toml:13:9: `usual` is \"a\", expected from 1 to 20");
+        check("snagged", "error", "m.toml:15:1: `error` cannot name an outcome");
         check("length_m]\nleast", "skill]\nleast", "m.toml:10:8: `skill` cannot name an input");
         check("version = 1", "version = 0", "m.toml:2:11: ");
-        check("snagged", "cancelled", "m.toml:16:1: `cancelled` cannot name an outcome");
+        check("snagged", "cancelled", "m.toml:15:1: `cancelled` cannot name an outcome");
         check("version = 1", "version = 1\nvehicle = \"swims\"", "m.toml:3:11: unknown variant `swims`");
         check("limit_s = 60.0\n", "", "m.toml: `limit_s` is missing: the skill is used while the vehicle hovers");
         let stands = "version = 1\nvehicle = \"stands\"";

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::task::Task;
+use crate::task::{Task, Value};
 
 /// Those that may be declared, by their names in MAV_CMD. None of them flies the vehicle, arms it, or changes its mode.
 pub const PAYLOAD_COMMANDS: [(&str, u16); 20] = [
@@ -48,14 +48,15 @@ pub enum Param {
     Input(String),
 }
 
-/// The seven numbers of `params` for a task that has a number for each input.
+/// The seven numbers of `params` for a task that has a number for each input that they name.
 pub fn numbers(params: &[Param], task: &Task) -> [f32; 7] {
-    let inputs: BTreeMap<&str, f64> = task.inputs.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+    let number = |(name, value): &'_ (String, Value)| Some((name.clone(), value.number()?));
+    let inputs: BTreeMap<String, f64> = task.inputs.iter().filter_map(number).collect();
     let mut numbers = [0.0; 7];
     for (number, param) in numbers.iter_mut().zip(params) {
         *number = match param {
             Param::Number(it) => *it as f32,
-            Param::Input(name) => inputs.get(name.as_str()).map_or(0.0, |it| *it as f32),
+            Param::Input(name) => inputs.get(name).map_or(0.0, |it| *it as f32),
         };
     }
     numbers

@@ -48,8 +48,44 @@ impl fmt::Display for Stance {
 pub struct Task {
     /// The name of the declaration.
     pub skill: String,
-    /// A number for each of its inputs. The names end in their units.
-    pub inputs: Vec<(String, f64)>,
+    /// What it gives for its inputs. The names of numbers end in their units.
+    pub inputs: Vec<(String, Value)>,
+}
+
+/// What a task gives for an input.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "expected a number or a text")]
+pub enum Value {
+    /// In the unit that the name of the input ends in.
+    Number(f64),
+    /// Never empty.
+    Text(String),
+}
+
+impl Value {
+    /// Its number, if it is one.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Value::Number(number) => Some(*number),
+            Value::Text(_) => None,
+        }
+    }
+}
+
+impl From<f64> for Value {
+    fn from(number: f64) -> Value {
+        Value::Number(number)
+    }
+}
+
+/// As users read it: `12`, `"left"`.
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Number(number) => write!(f, "{number}"),
+            Value::Text(text) => write!(f, "{text:?}"),
+        }
+    }
 }
 
 /// In a few words: `winch_down (length_m 12)`.

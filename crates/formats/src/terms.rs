@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use domain::mission::terms::Terms;
-use domain::task::Task;
+use domain::task::{Task, Value as Input};
 use serde_json::{Map, Value, json};
 
 use crate::applicability;
@@ -55,13 +55,28 @@ pub(crate) fn read(properties: &Node<'_>) -> Result<Terms, Wrong> {
 /// `{ "skill": "winch_down", "length_m": 12 }`
 fn task(node: &Node<'_>) -> Result<Task, Wrong> {
     let inputs = node.object()?.keys().filter(|it| *it != "skill");
-    let inputs = inputs.map(|it| Ok((it.clone(), node.need(it)?.number()?))).collect::<Result<_, Wrong>>()?;
+    let input = |name: &String| {
+        let given = node.need(name)?;
+        Ok((
+            name.clone(),
+            given.text().map_or_else(|_| given.number().map(Input::Number), |it| Ok(Input::Text(it.to_owned())))?,
+        ))
+    };
+    let inputs = inputs.map(input).collect::<Result<_, Wrong>>()?;
     Ok(Task { skill: node.need("skill")?.text()?.to_owned(), inputs })
 }
 
 /// A task as a mission file has it.
 pub(crate) fn task_entry(task: &Task) -> Value {
-    let inputs = task.inputs.iter().map(|(name, value)| (name.clone(), json!(value)));
+    let inputs = task.inputs.iter().map(|(name, value)| {
+        (
+            name.clone(),
+            match value {
+                Input::Number(number) => json!(number),
+                Input::Text(text) => json!(text),
+            },
+        )
+    });
     std::iter::once(("skill".to_owned(), json!(task.skill))).chain(inputs).collect::<Map<_, _>>().into()
 }
 

@@ -25,7 +25,7 @@ const HOP: &str = "name = \"hop\"
 [[area]]\nname = \"yard\"\nkind = \"permission\"\ncorners_m = [[-12, -12], [12, -12], [12, 12], [-12, 12]]\n";
 /// A task of a declared skill, and back.
 fn task_mission(skill: &DeclaredSkill) -> String {
-    let inputs = skill.example(&[]).inputs.into_iter().map(|(name, value)| format!(", {name} = {value:?}"));
+    let inputs = skill.example(&[]).inputs.into_iter().map(|(name, value)| format!(", {name} = {value}"));
     let (key, east_m) = if skill.stance == Stance::Flies { ("along", 130) } else { ("do", 40) };
     format!(
         "name = \"task\"

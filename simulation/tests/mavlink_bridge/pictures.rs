@@ -20,7 +20,7 @@ fn taken(kind: Kind, faults: Faults) -> Vec<v1::Picture> {
     let skill = DeclaredSkill::read(&Source { path: "camera.toml".into(), text: CAMERA.into() }).unwrap();
     let mut rig = Rig::over(kind, faults).skilled(&DeclaredSkills::of(vec![skill]));
     rig.airborne();
-    let inputs = vec![v1::TaskValue { name: "every_m".into(), value: 10.0 }];
+    let inputs = vec![v1::TaskValue { name: "every_m".into(), value: 10.0, ..Default::default() }];
     rig.tell(v1::TaskOrder { request_id: "r".into(), skill: "camera".into(), inputs, cancel: false });
     rig.target(Ned::new(0.0, 105.0, -10.0), Some(4.0));
     assert_eq!(rig.command(OFFBOARD), Ok(()), "{kind:?}");

@@ -305,7 +305,7 @@ flying = false
             let mission = Mission::read_with(&Source { path: "m.toml".into(), text }, &skills, None)?;
             Ok::<_, Mistakes>(mission.objectives[0].terms.along[0].inputs.clone())
         };
-        let every_m = |metres| Ok(vec![("every_m".to_owned(), metres)]);
+        let every_m = |metres| Ok(vec![("every_m".to_owned(), crate::task::Value::Number(metres))]);
         assert_eq!(read("spacing_m = 30, picture_distance_m = 8", ""), every_m(8.0));
         assert_eq!(read("spacing_m = 30, picture_distance_m = 8", ", every_m = 12"), every_m(12.0));
         let missing = read("spacing_m = 30", "").unwrap_err().to_string();

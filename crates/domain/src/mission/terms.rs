@@ -11,19 +11,22 @@ use super::bounds::LONGEST_ACTION;
 use super::{Checker, ObjectiveEntry};
 use crate::declared_skill::{MOST_TASKS, NAMES, is_name};
 use crate::file::did_you_mean;
-use crate::task::{Stance, Task};
+use crate::task::{Stance, Task, Value};
 
 /// `{ skill = "winch_down", length_m = 12.0 }`
 #[derive(Deserialize)]
 pub(super) struct TaskEntry {
     skill: String,
     #[serde(flatten)]
-    inputs: BTreeMap<String, f64>,
+    inputs: BTreeMap<String, Value>,
 }
 
 impl TaskEntry {
     fn task(&self) -> Task {
-        Task { skill: self.skill.clone(), inputs: self.inputs.iter().map(|(name, it)| (name.clone(), *it)).collect() }
+        Task {
+            skill: self.skill.clone(),
+            inputs: self.inputs.iter().map(|(name, it)| (name.clone(), it.clone())).collect(),
+        }
     }
 }
 
@@ -303,8 +306,8 @@ along = [{ skill = "camera", every_m = 5.0 }]
             drop: true,
             land_on_target: false,
             actions: vec!["MAV_CMD_IMAGE_START_CAPTURE 0 2".into()],
-            tasks: vec![Task { skill: "winch_down".into(), inputs: vec![("length_m".into(), 12.0)] }],
-            along: vec![Task { skill: "camera".into(), inputs: vec![("every_m".into(), 5.0)] }],
+            tasks: vec![Task { skill: "winch_down".into(), inputs: vec![("length_m".into(), 12.0.into())] }],
+            along: vec![Task { skill: "camera".into(), inputs: vec![("every_m".into(), 5.0.into())] }],
         };
         assert_eq!(mission.objectives[1].terms, expected);
         let plain = read(&GOOD.replace("order = \"free\"\n", "")).unwrap();

@@ -5,11 +5,30 @@ use std::sync::Arc;
 use kittiwake_proto::v1;
 
 use super::{InvalidMessage, finite, not_negative, positive};
-use crate::task::{Stance, Task, TaskGoal};
+use crate::task::{Stance, Task, TaskGoal, Value};
 
 /// Numbers by their names.
 pub fn values_to_wire(values: &[(String, f64)]) -> Vec<v1::TaskValue> {
-    values.iter().map(|(name, value)| v1::TaskValue { name: name.clone(), value: *value }).collect()
+    let number =
+        |(name, value): &(String, f64)| v1::TaskValue { name: name.clone(), value: *value, ..Default::default() };
+    values.iter().map(number).collect()
+}
+
+/// The inputs of a task.
+pub fn inputs_to_wire(inputs: &[(String, Value)]) -> Vec<v1::TaskValue> {
+    let input = |(name, value): &(String, Value)| match value {
+        Value::Number(number) => v1::TaskValue { name: name.clone(), value: *number, text: String::new() },
+        Value::Text(text) => v1::TaskValue { name: name.clone(), value: 0.0, text: text.clone() },
+    };
+    inputs.iter().map(input).collect()
+}
+
+fn inputs_from_wire(inputs: Vec<v1::TaskValue>) -> Result<Vec<(String, Value)>, InvalidMessage> {
+    let value = |it: v1::TaskValue| match it.text.is_empty() {
+        true => Ok((it.name, Value::Number(finite("task value", it.value)?))),
+        false => Ok((it.name, Value::Text(it.text))),
+    };
+    inputs.into_iter().map(value).collect()
 }
 
 /// The same from a message.
@@ -30,7 +49,7 @@ pub fn task_of_order(order: v1::TaskOrder) -> Result<Task, InvalidMessage> {
 
 impl From<&Task> for v1::Task {
     fn from(task: &Task) -> v1::Task {
-        v1::Task { skill: task.skill.clone(), inputs: values_to_wire(&task.inputs) }
+        v1::Task { skill: task.skill.clone(), inputs: inputs_to_wire(&task.inputs) }
     }
 }
 
@@ -40,7 +59,7 @@ impl TryFrom<v1::Task> for Task {
         if task.skill.is_empty() {
             return Err(InvalidMessage::Missing("skill"));
         }
-        Ok(Task { skill: task.skill, inputs: values_from_wire(task.inputs)? })
+        Ok(Task { skill: task.skill, inputs: inputs_from_wire(task.inputs)? })
     }
 }
 
@@ -112,7 +131,8 @@ pub(super) mod tests {
     use super::*;
 
     pub(crate) fn task() -> impl Strategy<Value = Task> {
-        let inputs = prop::collection::vec((name(), -1e6..1e6), 0..3);
+        let value = prop_oneof![(-1e6..1e6).prop_map(Value::Number), "[a-z]{1,5}".prop_map(Value::Text)];
+        let inputs = prop::collection::vec((name(), value), 0..3);
         let skill = name().prop_filter("a task names a skill", |it| !it.is_empty());
         (skill, inputs).prop_map(|(skill, inputs)| Task { skill, inputs })
     }

@@ -3,7 +3,7 @@
 use domain::fmu::Status;
 use domain::skill::Goal;
 use domain::wire::InvalidMessage;
-use domain::wire::task::{along_from_wire, values_from_wire, values_to_wire};
+use domain::wire::task::{along_from_wire, inputs_to_wire, values_from_wire, values_to_wire};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::{self, SkillOutcome};
 
@@ -73,7 +73,7 @@ pub(crate) fn messages(output: Output) -> Vec<Message> {
 
 fn task_order(order: TaskOrder) -> v1::TaskOrder {
     let TaskOrder { request_id, task, cancel } = order;
-    v1::TaskOrder { request_id, inputs: values_to_wire(&task.inputs), skill: task.skill, cancel }
+    v1::TaskOrder { request_id, inputs: inputs_to_wire(&task.inputs), skill: task.skill, cancel }
 }
 
 /// Only as many results, and only as much of a reason, as people read.

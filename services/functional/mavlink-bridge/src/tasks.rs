@@ -232,7 +232,7 @@ mod tests {
     }
 
     fn order(request_id: &str, cancel: bool) -> v1::TaskOrder {
-        let inputs = vec![v1::TaskValue { name: "length_m".into(), value: 7.0 }];
+        let inputs = vec![v1::TaskValue { name: "length_m".into(), value: 7.0, ..Default::default() }];
         v1::TaskOrder { request_id: request_id.into(), skill: "lower".into(), inputs, cancel }
     }
 
@@ -279,7 +279,7 @@ mod tests {
         let camera = DeclaredSkill::read(&Source::read(shipped.as_ref()).unwrap()).unwrap();
         let mut tasks = Tasks::of(&DeclaredSkills::of(vec![camera, tasks().skills.all()[0].clone()]));
         let films = |cancel| {
-            let inputs = vec![v1::TaskValue { name: "every_m".into(), value: 12.0 }];
+            let inputs = vec![v1::TaskValue { name: "every_m".into(), value: 12.0, ..Default::default() }];
             v1::TaskOrder { request_id: "c".into(), skill: "camera_by_distance".into(), inputs, cancel }
         };
         let mut sent = Vec::new();

@@ -69,7 +69,7 @@ function objective({ name, position, flying, survey, worth, after, reachWithinS,
   ].filter((it) => it != null);
 }
 
-const task = ({ skill, inputs = [] }) => `{ ${[`skill = ${quoted(skill)}`, ...inputs.map(({ name, value }) => `${name} = ${exact(value)}`)].join(", ")} }`;
+const task = ({ skill, inputs = [] }) => `{ ${[`skill = ${quoted(skill)}`, ...inputs.map(({ name, value, text }) => `${name} = ${text ? quoted(text) : exact(value)}`)].join(", ")} }`;
 
 /** The whole survey: an upload begins it again. */
 function surveyed({ corners, spacingM, pictureDistanceM, headingDeg }) {

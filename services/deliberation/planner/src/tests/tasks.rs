@@ -211,7 +211,10 @@ fn a_mission_with_a_task_that_nothing_does_is_refused() {
         "8:10: skill `photo` is used while the vehicle hovers, not while it flies",
     );
     check("do = [{ skill = \"dig\" }]", "8:7: there is no declared skill `dig`");
-    check("do = [{ skill = \"lower\", length_m = 60 }]", "8:7: `length_m` of skill `lower` is 60, expected 0 to 50");
+    check(
+        "do = [{ skill = \"lower\", length_m = 60 }]",
+        "8:7: `length_m` of skill `lower` is 60, expected from 0 to 50",
+    );
     // One that comes by another way is not begun.
     let mut story = Story::of(&text("do = [{ skill = \"dig\" }]"));
     super::check(&story.plan(), "finished");

@@ -22,7 +22,7 @@ fn task(stance: Stance, interrupt_s: f64) -> TaskGoal {
     TaskGoal {
         stance,
         over: Ned::new(0.0, 0.0, -10.0),
-        task: Task { skill: "winch".into(), inputs: vec![("length_m".into(), 5.0)] },
+        task: Task { skill: "winch".into(), inputs: vec![("length_m".into(), 5.0.into())] },
         estimate_s: 5.0,
         power_w: 0.0,
         limit_s: LIMIT_S,
@@ -42,7 +42,7 @@ fn report(rig: &mut Rig, state: TaskState, outcome: &str) {
     let mut report = v1::TaskReport { skill: "winch".into(), version: 1, request_id, ..Default::default() };
     report.set_state(state);
     report.outcome = outcome.into();
-    report.results = vec![v1::TaskValue { name: "depth_m".into(), value: 4.5 }];
+    report.results = vec![v1::TaskValue { name: "depth_m".into(), value: 4.5, ..Default::default() }];
     rig.deliver(Message::TaskReport(report));
 }
 
