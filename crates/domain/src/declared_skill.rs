@@ -588,7 +588,11 @@ const RESERVED: [&str; 4] = [CANCELLED, "error", "refused", "unanswered"];
 /// The skills that every vehicle has, each with a sentence for people and what the vehicle does meanwhile.
 pub const BUILT_IN: [(&str, &str, Stance); 5] = [
     ("takeoff", "Arms if necessary and climbs straight up", Stance::Flies),
-    ("land", "Lands where the vehicle is", Stance::Flies),
+    (
+        "land",
+        "Lands where the vehicle is, or on a target that its sensor sees there (`land_on_target = true`)",
+        Stance::Flies,
+    ),
     ("stop", "Comes to rest and hovers", Stance::Hovers),
     ("offboard", "Flies straight to a place by setpoints, or at a velocity", Stance::Flies),
     ("release", "Opens the gripper, hovering over a place (`drop = true`)", Stance::Hovers),
