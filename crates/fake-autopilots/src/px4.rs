@@ -180,6 +180,7 @@ pub(crate) fn modes(fake: &mut FakeAutopilot) -> Modes {
         false => 2,
     };
     Modes {
+        lands_precisely: false,
         autopilot: 12,
         custom_mode,
         intended: it.intended,

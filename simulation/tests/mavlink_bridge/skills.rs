@@ -9,7 +9,7 @@ use domain::geometry::Ned;
 use fake_autopilots::bridged::BRIDGE_DIES;
 use fake_autopilots::wire::Faults;
 use fake_autopilots::{
-    BATTERY_FAILSAFE, FENCE, Kind, LINK_GAP, OTHER_ARMS, OTHER_SETS_MODE, OTHER_SETS_TARGET, RESTART,
+    BATTERY_FAILSAFE, FENCE, Kind, LINK_GAP, OTHER_ARMS, OTHER_SETS_MODE, OTHER_SETS_TARGET, PRECISION_LANDING, RESTART,
 };
 use kittiwake_proto::v1::{self, FlightMode, TaskState, vehicle_command::Command};
 
@@ -63,6 +63,38 @@ fn a_flight_from_the_ground_to_the_ground() {
             assert!(rig.position().distance_m(home) < 1.0, "{kind:?}: {}", rig.position());
         }
     }
+}
+
+#[test]
+fn a_landing_on_a_target_says_whether_it_sees_it_and_is_refused_without_precision_landing() {
+    const LAND_ON_TARGET: Command = Command::Land(v1::LandCommand { on_target: true });
+    #[track_caller]
+    fn check(rig: &mut Rig, seconds: f64, seen: Option<bool>) {
+        rig.pass(seconds);
+        assert_eq!(rig.status().landing_target_seen, seen, "{:?}", rig.status());
+    }
+    let mut rig = Rig::new(Kind::ArduPilot);
+    rig.airborne();
+    let refused = "the autopilot has no precision landing: its PLND_ENABLED is 0";
+    assert_eq!(rig.command(LAND_ON_TARGET), Err(refused.into()));
+    rig.fault(PRECISION_LANDING, "");
+    rig.pass(1.0);
+    assert_eq!(rig.command(LAND_ON_TARGET), Ok(()));
+    check(&mut rig, 1.0, Some(true));
+    rig.fault("hide_target", 100);
+    check(&mut rig, 1.5, Some(true));
+    check(&mut rig, 1.0, Some(false));
+    assert_eq!(rig.command(LOITER), Ok(()));
+    check(&mut rig, 1.0, None);
+    // It may see it again farther down.
+    assert_eq!(rig.command(LAND_ON_TARGET), Ok(()));
+    check(&mut rig, 1.0, None);
+    rig.fault("hide_target", 0);
+    check(&mut rig, 0.5, Some(true));
+    // A landing where it is looks for nothing.
+    assert_eq!(rig.command(LOITER), Ok(()));
+    assert_eq!(rig.command(LAND), Ok(()));
+    check(&mut rig, 0.5, None);
 }
 
 #[test]

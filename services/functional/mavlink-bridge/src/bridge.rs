@@ -102,6 +102,7 @@ impl Bridge {
                     camera: picture.camera,
                 };
                 self.pictures.take_in(by, picture, &flown.vehicle, now);
+                self.tasks.picture_reported();
             }
             return;
         }

@@ -12,6 +12,7 @@ use crate::config::Config;
 use crate::epoch::{Break, Epoch};
 use crate::grooming::Grooming;
 use crate::heard::{Ack, Echo, Heard};
+use crate::landing_target::LandingTarget;
 use crate::order::Order;
 use crate::personality::{Personality, Submode};
 use crate::procedure::{Act, Around, Procedure};
@@ -42,6 +43,7 @@ pub(crate) struct Flown {
     procedure: Option<Procedure>,
     pub(crate) setpoints: Setpoints,
     grooming: Grooming,
+    pub(crate) landing_target: LandingTarget,
     /// It is not known yet whether setpoints were passed on before this process was started.
     pub(crate) adopts: bool,
     /// When all limits were looked at last.
@@ -85,6 +87,7 @@ impl Flown {
             procedure: None,
             setpoints: Setpoints::default(),
             grooming: Grooming::new(),
+            landing_target: LandingTarget::default(),
             adopts: true,
             looked_at: now,
             reporter: Reporter::default(),
@@ -128,6 +131,9 @@ impl Flown {
             Heard::Text { severity, text } => {
                 tracing::info!(severity, "the autopilot says: {text}");
                 self.vehicle.gripper = self.personality.gripper(text).or(self.vehicle.gripper);
+                if let Some(is_seen) = self.personality.landing_target(text) {
+                    self.landing_target.told(is_seen, now.time);
+                }
                 self.reporter.has_news = true;
             }
             _ => {}
@@ -187,6 +193,7 @@ impl Flown {
         self.streams.restart();
         self.setpoints.end();
         self.grooming = Grooming::new();
+        self.landing_target = LandingTarget::default();
         self.set_submode(Submode::Holding, now);
     }
 
@@ -229,6 +236,7 @@ impl Flown {
         }
         let steps = self.personality.steps(command, &self.vehicle)?;
         self.adopts = false;
+        self.landing_target.landing_ends();
         if matches!(command, Command::Arm | Command::Takeoff { .. } | Command::Land | Command::LandOnTarget) {
             self.setpoints.forget();
         }
@@ -285,6 +293,9 @@ impl Flown {
         match &result {
             CommandResult::Accepted => {
                 tracing::info!("{command}: done");
+                if command == Command::LandOnTarget {
+                    self.landing_target.landing_begins(now);
+                }
                 if matches!(command, Command::Loiter | Command::Land | Command::LandOnTarget | Command::Takeoff { .. })
                 {
                     self.setpoints.end();

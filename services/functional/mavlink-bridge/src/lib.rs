@@ -28,6 +28,7 @@ mod grooming;
 pub mod ground;
 pub mod heard;
 mod intake;
+mod landing_target;
 pub mod link;
 mod order;
 mod peers;

@@ -67,6 +67,9 @@ pub(crate) trait Personality: std::fmt::Debug + Send {
     /// What the gripper does, where this text says so.
     fn gripper(&self, text: &str) -> Option<Gripper>;
 
+    /// Whether it sees the target of a landing, where this text says so.
+    fn landing_target(&self, text: &str) -> Option<bool>;
+
     /// How it maps the Earth about this origin: its metres are not quite ours.
     fn local_frame(&self, origin: LatLon) -> AutopilotFrame;
 

@@ -142,6 +142,10 @@ impl Personality for Px4 {
         None
     }
 
+    fn landing_target(&self, _text: &str) -> Option<bool> {
+        None
+    }
+
     fn local_frame(&self, origin: LatLon) -> AutopilotFrame {
         AutopilotFrame::of_px4(origin)
     }

@@ -11,6 +11,7 @@ pub(crate) mod command {
     pub(crate) const TAKEOFF: u16 = 22;
     pub(crate) const SET_MODE: u16 = 176;
     pub(crate) const GRIPPER: u16 = 211;
+    pub(crate) const PICTURES_BY_DISTANCE: u16 = 206;
     pub(crate) const ARM: u16 = 400;
     pub(crate) const SET_INTERVAL: u16 = 511;
     pub(crate) const REQUEST_MESSAGE: u16 = 512;

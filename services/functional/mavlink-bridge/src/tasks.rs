@@ -2,7 +2,8 @@
 //! (docs/skills.md).
 //!
 //! An acknowledgement says that the command was taken. The task has succeeded once as much time has passed since then as its declaration
-//! says; without an acknowledgement nothing has.
+//! says; without an acknowledgement nothing has. Of a camera that is to take pictures by distance, one at once, a picture must be
+//! reported: ArduPilot acknowledges the command without a camera, too.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -17,13 +18,16 @@ use kittiwake_proto::v1::{self, TaskState};
 use node::Effect;
 
 use crate::heard::{Ack, in_words};
-use crate::said::{CommandLong, Said};
+use crate::said::{CommandLong, Said, command};
 
 /// How often a process reports at least.
 const PERIOD: Duration = Duration::from_millis(500);
 /// A command that is not acknowledged is sent again after this time, and so often. (MAVLink's command protocol.)
 const AGAIN: Duration = Duration::from_secs(1);
 const TRIES: u8 = 4;
+/// A camera that takes pictures has reported one within this time: the one at once, or the next by distance. (ENG: a camera that stores a
+/// picture before it reports takes up to two seconds.)
+const REPORTS_PICTURE: Duration = Duration::from_secs(10);
 
 /// The skills, and the task of each that was ordered last.
 #[derive(Debug, Default)]
@@ -53,9 +57,10 @@ enum State {
         tries: u8,
         again: Time,
     },
-    /// The task goes on.
+    /// The task goes on. Until a picture is reported, one must be by then.
     Acts {
         until: Time,
+        picture_by: Option<Time>,
     },
     Ended {
         outcome: String,
@@ -117,11 +122,23 @@ impl Tasks {
         let Some((present, ends)) = present else { return };
         present.state = match ack.result {
             ACCEPTED if ends => ended(CANCELLED, String::new()),
-            ACCEPTED => State::Acts { until: now + present.takes },
+            ACCEPTED => {
+                let picture_by = takes_a_picture_at_once(present.command).then_some(now + REPORTS_PICTURE);
+                State::Acts { until: now + present.takes, picture_by }
+            }
             IN_PROGRESS => State::Sent { ends, tries: 1, again: now + AGAIN },
             result => present.failed(ends, "refused", &format!("is refused by the autopilot: {}", in_words(result))),
         };
         self.next_report = now;
+    }
+
+    /// A picture is reported.
+    pub(crate) fn picture_reported(&mut self) {
+        for present in self.present.values_mut() {
+            if let State::Acts { picture_by, .. } = &mut present.state {
+                *picture_by = None;
+            }
+        }
     }
 
     /// Does what is due; `is_heard`: there is an autopilot that could do it.
@@ -162,7 +179,7 @@ impl Tasks {
         }
         let present = self.present.values().filter_map(|it| match it.state {
             State::Sent { again, .. } => Some(again),
-            State::Acts { until } => Some(until),
+            State::Acts { until, picture_by } => Some(picture_by.unwrap_or(until).min(until)),
             State::Ended { .. } => None,
         });
         present.chain([self.next_report]).min()
@@ -194,7 +211,12 @@ impl Present {
                 self.state = State::Sent { ends, tries: tries + 1, again: now + AGAIN };
                 Some(Said::Command { command: self.sends(ends), confirmation: tries })
             }
-            State::Acts { until } if until <= now => {
+            State::Acts { picture_by: Some(by), .. } if by <= now => {
+                let why = "the autopilot has acknowledged the command, and reports no picture: is its camera set up?";
+                self.state = ended("unanswered", why.to_owned());
+                None
+            }
+            State::Acts { until, .. } if until <= now => {
                 self.state = ended(&self.success, String::new());
                 None
             }
@@ -211,6 +233,10 @@ impl Present {
         tracing::warn!("{}: {why}", self.task.skill);
         ended("error", why)
     }
+}
+
+fn takes_a_picture_at_once(CommandLong { command, params }: CommandLong) -> bool {
+    command == command::PICTURES_BY_DISTANCE && 0.0 < params[0] && params[2] == 1.0
 }
 
 fn ended(outcome: &str, reason: String) -> State {
@@ -273,15 +299,43 @@ mod tests {
     const STOPS: [f32; 4] = [1.0, 2.0, 0.0, 0.0];
 
     /// The shipped skill.
+    fn camera() -> DeclaredSkill {
+        let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../config/skills/camera_by_distance.toml");
+        DeclaredSkill::read(&Source::read(shipped.as_ref()).unwrap()).unwrap()
+    }
+
+    fn films(cancel: bool) -> v1::TaskOrder {
+        let inputs = vec![v1::TaskValue { name: "every_m".into(), value: 12.0 }];
+        v1::TaskOrder { request_id: "c".into(), skill: "camera_by_distance".into(), inputs, cancel }
+    }
+
+    #[test]
+    fn a_camera_that_reports_no_picture_has_failed_although_its_command_was_acknowledged() {
+        /// After which second it has ended, where a picture is reported in this one.
+        fn ends_after(picture_s: Option<u64>) -> Option<(u64, String)> {
+            let mut tasks = Tasks::of(&DeclaredSkills::of(vec![camera()]));
+            tasks.order(films(false), Time::ZERO);
+            for second in 0..60 {
+                let (now, mut says) = (Time::after(Duration::from_secs(second)), Vec::new());
+                if picture_s == Some(second) {
+                    tasks.picture_reported();
+                }
+                tasks.act(true, now, &mut says, &mut Vec::new());
+                tasks.acknowledged(Ack { command: 206, result: 0, target: (0, 0) }, now);
+                let report = tasks.report("camera_by_distance", 1);
+                if report.state() == TaskState::Ended {
+                    return Some((second, report.outcome));
+                }
+            }
+            None
+        }
+        assert_eq!(ends_after(None), Some((10, "unanswered".to_owned())));
+        assert_eq!(ends_after(Some(9)), None);
+    }
+
     #[test]
     fn a_task_along_a_leg_runs_until_the_order_to_end_beside_another_one() {
-        let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../config/skills/camera_by_distance.toml");
-        let camera = DeclaredSkill::read(&Source::read(shipped.as_ref()).unwrap()).unwrap();
-        let mut tasks = Tasks::of(&DeclaredSkills::of(vec![camera, tasks().skills.all()[0].clone()]));
-        let films = |cancel| {
-            let inputs = vec![v1::TaskValue { name: "every_m".into(), value: 12.0 }];
-            v1::TaskOrder { request_id: "c".into(), skill: "camera_by_distance".into(), inputs, cancel }
-        };
+        let mut tasks = Tasks::of(&DeclaredSkills::of(vec![camera(), tasks().skills.all()[0].clone()]));
         let mut sent = Vec::new();
         for second in 0..100 {
             let (now, mut effects) = (Time::after(Duration::from_secs(second)), Vec::new());
@@ -292,6 +346,7 @@ mod tests {
                 _ => {}
             }
             let said = sent.len();
+            tasks.picture_reported();
             tasks.act(true, now, &mut sent, &mut effects);
             for said in &sent[said..] {
                 let Said::Command { command, .. } = said else { panic!("{said:?}") };

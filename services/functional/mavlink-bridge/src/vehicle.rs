@@ -128,6 +128,11 @@ impl Vehicle {
         (health.present & PREARM_CHECK != 0).then_some(health.healthy & PREARM_CHECK != 0)
     }
 
+    /// Whether it has the sensor of this bit, as it said last.
+    pub(crate) fn has_sensor(&self, bit: u32) -> bool {
+        self.health.is_some_and(|(_, it)| it.present & bit != 0)
+    }
+
     /// The names of the sensors that are used and not healthy.
     pub(crate) fn unhealthy(&self, now: Time) -> Vec<&'static str> {
         let Some((_, health)) = self.health.filter(|(at, _)| now - *at <= FRESH) else { return Vec::new() };
