@@ -128,6 +128,7 @@ impl Flown {
             Heard::Origin(_) => self.streams.heard_origin(),
             Heard::Heartbeat(_) | Heard::CurrentMode { .. } => self.reporter.has_news = true,
             Heard::Target(echo) => self.echoed(*echo, now.time),
+            Heard::LocalPosition(it) => self.landing_target.descends(it.velocity[2], now.time),
             Heard::Text { severity, text } => {
                 tracing::info!(severity, "the autopilot says: {text}");
                 self.vehicle.gripper = self.personality.gripper(text).or(self.vehicle.gripper);

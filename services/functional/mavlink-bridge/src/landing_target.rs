@@ -4,15 +4,20 @@ use std::time::Duration;
 
 use domain::time::Time;
 
-/// A target that nothing was heard of since the landing began counts as not seen after this time. (ENG: from 10 m ArduPilot comes down to
-/// 6 m meanwhile, where its sensor should see it: PLND_ALT_MAX is 8 m. Where no range finder says how high it is, it never says so itself.)
+/// A target that nothing was heard of counts as not seen once the landing has come down slowly for this time. (ENG: ArduPilot comes down by
+/// 0.5 m/s below 10 m, and its sensor should see the target below 8 m: LAND_SPEED, LAND_ALT_LOW and PLND_ALT_MAX. It does not say so itself
+/// where no range finder measures the height, nor with PLND_STRICT 0.)
 const LOOKS_FOR: Duration = Duration::from_secs(8);
+/// Slower than from farther up, by WPNAV_SPEED_DN: 1.5 m/s.
+const SLOWLY_M_S: f64 = 1.0;
 
 /// What was heard of the target.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct LandingTarget {
     /// When the landing on it began.
     landing_since: Option<Time>,
+    /// Since when it comes down slowly.
+    slow_since: Option<Time>,
     /// Whether it was seen, by the newest text, and when that came.
     told: Option<(Time, bool)>,
 }
@@ -23,9 +28,15 @@ impl LandingTarget {
         self.told = Some((now, is_seen));
     }
 
+    /// How fast it comes down.
+    pub(crate) fn descends(&mut self, down_m_s: f64, now: Time) {
+        let is_slow = self.landing_since.is_some() && down_m_s <= SLOWLY_M_S;
+        self.slow_since = is_slow.then(|| self.slow_since.unwrap_or(now));
+    }
+
     /// A landing on it begins.
     pub(crate) fn landing_begins(&mut self, now: Time) {
-        self.landing_since = Some(now);
+        (self.landing_since, self.slow_since) = (Some(now), None);
     }
 
     /// Something else is commanded.
@@ -40,7 +51,7 @@ impl LandingTarget {
         match self.told {
             Some((_, true)) => Some(true),
             Some((at, false)) if since <= at => Some(false),
-            _ => (LOOKS_FOR <= now - since).then_some(false),
+            _ => self.slow_since.is_some_and(|at| LOOKS_FOR <= now - at).then_some(false),
         }
     }
 }
@@ -49,17 +60,24 @@ impl LandingTarget {
 mod tests {
     use super::*;
 
-    /// The landing begins at 10 s; what was told at which second, and what is known at another one.
+    /// The landing begins at 10 s, fast, and is slow from 20 s on; what was told at which second, and what is known at another one.
     #[track_caller]
     fn check(told: &[(u64, bool)], at_s: u64, expected: Option<bool>) {
-        let (mut target, time) = (LandingTarget::default(), |seconds| Time::after(Duration::from_secs(seconds)));
-        for (second, is_seen) in told.iter().filter(|(second, _)| *second <= at_s) {
-            target.told(*is_seen, time(*second));
+        let mut target = LandingTarget::default();
+        for second in 0..=at_s {
+            let now = Time::after(Duration::from_secs(second));
+            if second == 10 {
+                target.landing_begins(now);
+            }
+            target.descends(if second < 20 { 1.5 } else { 0.5 }, now);
+            for (_, is_seen) in told.iter().filter(|(at, _)| *at == second) {
+                target.told(*is_seen, now);
+            }
         }
-        target.landing_begins(time(10));
-        assert_eq!(target.is_seen(time(at_s)), expected, "{told:?} at {at_s} s");
+        let now = Time::after(Duration::from_secs(at_s));
+        assert_eq!(target.is_seen(now), expected, "{told:?} at {at_s} s");
         target.landing_ends();
-        assert_eq!(target.is_seen(time(at_s)), None);
+        assert_eq!(target.is_seen(now), None);
     }
 
     #[test]
@@ -74,11 +92,11 @@ mod tests {
     }
 
     #[test]
-    fn a_target_that_was_flown_over_or_never_seen_is_not_lost_at_once() {
+    fn a_target_that_was_flown_over_or_never_seen_is_lost_only_near_the_ground() {
         for told in [&[][..], &[(3, true), (5, false)]] {
             check(told, 10, None);
-            check(told, 17, None);
-            check(told, 18, Some(false));
+            check(told, 27, None);
+            check(told, 28, Some(false));
         }
     }
 }
