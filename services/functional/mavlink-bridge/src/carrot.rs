@@ -29,8 +29,9 @@ pub(crate) struct Aim {
     pub(crate) speed_m_s: f64,
     pub(crate) climb_m_s: f64,
     pub(crate) descent_m_s: f64,
-    /// How fast the speed changes on the way to the end.
+    /// How fast the speed changes on the way to the end; up and down it changes more slowly.
     pub(crate) acceleration_m_s2: f64,
+    pub(crate) vertical_acceleration_m_s2: f64,
     /// How fast the vehicle can lose the speed that it has in another direction.
     pub(crate) turning_m_s2: f64,
     /// How far the vehicle may be behind: seconds of the target's speed, and of its own: one that moves cannot turn at once.
@@ -41,6 +42,10 @@ impl Aim {
     fn speed_along_m_s(&self, direction: [f64; 3]) -> f64 {
         let vertical_m_s = if direction[2] < 0.0 { self.climb_m_s } else { self.descent_m_s };
         self.speed_m_s.min(vertical_m_s / direction[2].abs())
+    }
+
+    fn acceleration_along_m_s2(&self, direction: [f64; 3]) -> f64 {
+        self.acceleration_m_s2.min(self.vertical_acceleration_m_s2 / direction[2].abs())
     }
 }
 
@@ -70,13 +75,14 @@ impl Carrot {
         self.watch(aim, direction, vehicle, now);
         let along_m_s = dot(self.velocity, direction);
         let beside_m_s = length(difference(self.velocity, direction.map(|it| it * along_m_s)));
-        let braking_m_s = (2.0 * aim.acceleration_m_s2 * left_m).sqrt();
+        let acceleration_m_s2 = aim.acceleration_along_m_s2(direction);
+        let braking_m_s = (2.0 * acceleration_m_s2 * left_m).sqrt();
         let wanted_m_s = if self.behind.is_some() { 0.0 } else { aim.speed_along_m_s(direction).min(braking_m_s) };
         let is_on_its_way = 0.0 <= along_m_s && beside_m_s <= aim.turning_m_s2 * dt_s;
         let most_m_s2 = match is_on_its_way {
             false => aim.turning_m_s2,
-            true if along_m_s < wanted_m_s => aim.acceleration_m_s2,
-            true => 2.0 * aim.acceleration_m_s2,
+            true if along_m_s < wanted_m_s => acceleration_m_s2,
+            true => 2.0 * acceleration_m_s2,
         };
         let most_m_s = most_m_s2 * dt_s;
         let arrives = left_m <= along_m_s * dt_s && along_m_s <= braking_m_s + most_m_s;
@@ -125,6 +131,7 @@ mod tests {
         climb_m_s: 3.0,
         descent_m_s: 1.5,
         acceleration_m_s2: 2.0,
+        vertical_acceleration_m_s2: 1.0,
         turning_m_s2: 2.0,
         lag: Duration::from_millis(2_500),
     };

@@ -88,7 +88,7 @@ const ARDUPILOT: &[Expectation] = &[
         "PLND_STRICT",
         |it| it == 0.0,
         Some(0.0),
-        "0 where PLND_ENABLED is set: else a landing that loses its target waits for longer than ours may stand still",
+        "0 where PLND_ENABLED is set: with 1 every landing without a target waits for 7 s at 8 m, with 2 for ever",
     ),
     row("WPNAV_SPEED", |it| 1000.0 <= it, None, "1000 cm/s or more: the planner counts on it (`cruise_m_s`)"),
 ];

@@ -38,6 +38,8 @@ pub struct Config {
     pub descent_m_s: Positive,
     /// How fast a moving target gains and loses speed.
     pub acceleration_m_s2: Positive,
+    /// The same up and down.
+    pub vertical_acceleration_m_s2: Positive,
     /// A vehicle that stays behind its moving target by more than it should, for this long, does not fly its setpoints.
     pub unflown_s: Positive,
     /// A position that changes by more than this beyond what the speed explains has jumped.

@@ -104,6 +104,7 @@ impl Setpoints {
                     climb_m_s: config.climb_m_s.get(),
                     descent_m_s: config.descent_m_s.get(),
                     acceleration_m_s2: config.acceleration_m_s2.get(),
+                    vertical_acceleration_m_s2: config.vertical_acceleration_m_s2.get(),
                     turning_m_s2,
                     lag,
                 };
