@@ -95,14 +95,14 @@ fn a_landing_whose_target_is_lost_is_tried_again_and_fails_the_objective() {
         [[objective]]\nname = \"away\"\nnorth_m = 0\neast_m = 60\nheight_m = 10\nflying = true
         [[objective]]\nname = \"deck\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\nland_on_target = true\n";
     let file = crate::stories::support::mission_file("deck", text);
-    for (hidden_below_m, lost) in [("0", false), ("4", true)] {
+    for (hidden_below_m, outcome, losses) in [("0", MissionOutcome::Success, 0), ("8", MissionOutcome::Failure, 3)] {
         let mut simulation = mission(Some(&file), Kind::ArduPilot, Policy::Grant, Faults::default(), None, None);
         simulation.inject_fault(PRECISION_LANDING, &[]);
         simulation.inject_fault("hide_target", &[hidden_below_m]);
         let report = fly(&mut simulation);
         let log = simulation.decision_log();
-        println!("{log}{}", report.reason);
-        assert_eq!(log.matches("`landing_target_lost` raised").count(), if lost { 3 } else { 0 }, "{log}");
+        let found = (report.outcome(), log.matches("`landing_target_lost` raised").count());
+        assert_eq!(found, (outcome, losses), "{}\n{log}", report.reason);
     }
 }
 
