@@ -141,6 +141,10 @@ impl Personality for ArduPilot {
         &["ailsafe", "EKF variance", "ence", "Crash", "Terrain", "Vibration", "Dead Reckon"]
     }
 
+    fn acknowledges_gripper(&self) -> bool {
+        false
+    }
+
     /// No message has it. A gripper on a servo says so once its servo has had the time to move, and each time that it is commanded again.
     fn gripper(&self, text: &str) -> Option<Gripper> {
         match text {

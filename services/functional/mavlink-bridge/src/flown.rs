@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use domain::fmu::{Author, Command, CommandId, CommandResult, FlightMode, ModeObserver, Seen, Setpoint};
+use autopilot::command::NumberedCommand;
+use autopilot::gripper::SilentGripper;
+use domain::fmu::{Author, Command, CommandId, CommandResult, FlightMode, Gripper, ModeObserver, Seen, Setpoint};
 use domain::geodesy::AutopilotFrame;
 use domain::geometry::Ned;
 use domain::time::{Now, Time};
@@ -42,6 +44,7 @@ pub(crate) struct Flown {
     procedure: Option<Procedure>,
     pub(crate) setpoints: Setpoints,
     grooming: Grooming,
+    gripper: SilentGripper,
     /// It is not known yet whether setpoints were passed on before this process was started.
     pub(crate) adopts: bool,
     /// When all limits were looked at last.
@@ -85,6 +88,7 @@ impl Flown {
             procedure: None,
             setpoints: Setpoints::default(),
             grooming: Grooming::new(),
+            gripper: SilentGripper::default(),
             adopts: true,
             looked_at: now,
             reporter: Reporter::default(),
@@ -163,6 +167,9 @@ impl Flown {
     fn acknowledged(&mut self, ack: Ack, now: Time) {
         if ack.is_ours(self.system) {
             self.streams.acknowledged(ack);
+            if self.gripper.acknowledged(ack.command, ack.result) {
+                self.reporter.has_news = true;
+            }
             if let Some(procedure) = &mut self.procedure {
                 procedure.acknowledged(ack, now);
             }
@@ -178,6 +185,19 @@ impl Flown {
         matches!(heard, Heard::Heartbeat(it) if it.system_status == BOOT) && before.is_some_and(|it| STANDBY <= it)
     }
 
+    /// What its gripper does, if that is known, or will be once it is commanded.
+    pub(crate) fn gripper(&self) -> Option<Gripper> {
+        self.vehicle.gripper.or(self.personality.acknowledges_gripper().then(|| self.gripper.state()))
+    }
+
+    /// This is sent to it.
+    pub(crate) fn told(&mut self, said: &Said) {
+        if let Said::Command { command: CommandLong { command, params }, confirmation } = *said {
+            let params = params.map(f64::from);
+            self.gripper.sent(&NumberedCommand { number: command, params, repeats: confirmation });
+        }
+    }
+
     /// The autopilot was started again: nothing earlier holds.
     fn restart(&mut self, now: Time) {
         tracing::warn!("the autopilot was started again");
@@ -187,6 +207,7 @@ impl Flown {
         self.streams.restart();
         self.setpoints.end();
         self.grooming = Grooming::new();
+        self.gripper = SilentGripper::default();
         self.set_submode(Submode::Holding, now);
     }
 

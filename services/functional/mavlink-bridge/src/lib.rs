@@ -42,7 +42,6 @@ pub mod signing;
 pub mod socket;
 mod status;
 mod streams;
-mod tasks;
 mod telemetry;
 mod vector;
 mod vehicle;

@@ -64,6 +64,9 @@ pub(crate) trait Personality: std::fmt::Debug + Send {
     /// The texts that come with a failsafe of its own.
     fn failsafe_texts(&self) -> &'static [&'static str];
 
+    /// Whether it says what the gripper does only by acknowledging a command, after that has moved.
+    fn acknowledges_gripper(&self) -> bool;
+
     /// What the gripper does, where this text says so.
     fn gripper(&self, text: &str) -> Option<Gripper>;
 

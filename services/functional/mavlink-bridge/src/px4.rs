@@ -138,6 +138,10 @@ impl Personality for Px4 {
         &["Failsafe", "failsafe"]
     }
 
+    fn acknowledges_gripper(&self) -> bool {
+        true
+    }
+
     fn gripper(&self, _text: &str) -> Option<Gripper> {
         None
     }

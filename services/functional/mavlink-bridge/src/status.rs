@@ -103,7 +103,7 @@ impl Flown {
             failsafe,
             failures: telemetry::failures(vehicle, signal_lost || unflown, now),
             origin: telemetry::origin(vehicle),
-            gripper: vehicle.gripper,
+            gripper: self.gripper(),
             commanded_by_other: is_other,
             reason: reasons.join("; "),
             can_arm: if problem.is_some() || vehicle.origin.is_none() { Some(false) } else { can_arm },
