@@ -67,7 +67,7 @@ impl<N: Node> Lying<N> {
 
     fn goal(&mut self, goal: &mut SkillGoal) {
         match (self.dice.below(6), &mut goal.goal) {
-            (0, goal) => *goal = Some(Goal::Land(v1::LandGoal {})),
+            (0, goal) => *goal = Some(Goal::Land(v1::LandGoal::default())),
             (1, goal) => *goal = None,
             (2, goal) => {
                 let velocity = v1::NedVelocity { north_m_s: self.metres(15), east_m_s: self.metres(15), down_m_s: 0.0 };

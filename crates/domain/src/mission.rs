@@ -462,6 +462,7 @@ struct ObjectiveEntry {
     reach_by_utc: Option<Spanned<String>>,
     dwell_s: Option<Spanned<f64>>,
     drop: Option<Spanned<bool>>,
+    land_on_target: Option<Spanned<bool>>,
     #[serde(default)]
     actions: Vec<Spanned<String>>,
     #[serde(default, rename = "do")]

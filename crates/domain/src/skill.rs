@@ -92,6 +92,8 @@ pub struct SkillEvent {
 pub enum Goal {
     /// Land where the vehicle is.
     Land,
+    /// The same, on the target that the autopilot's sensor sees there.
+    LandOnTarget,
     /// Arm if necessary and climb straight up.
     Takeoff {
         /// Relative to the height at the time of the request, more than zero.
@@ -142,13 +144,18 @@ impl Goal {
     /// The skill that flies it.
     pub fn skill(&self) -> SkillKind {
         match self {
-            Goal::Land => SkillKind::Land,
+            Goal::Land | Goal::LandOnTarget => SkillKind::Land,
             Goal::Takeoff { .. } => SkillKind::Takeoff,
             Goal::Stop => SkillKind::Stop,
             Goal::Position { .. } | Goal::Velocity { .. } => SkillKind::Offboard,
             Goal::Release { .. } => SkillKind::Release,
             Goal::Task(_) => SkillKind::Task,
         }
+    }
+
+    /// Whether it comes down to the ground.
+    pub fn lands(&self) -> bool {
+        matches!(self, Goal::Land | Goal::LandOnTarget)
     }
 
     /// Whether it releases the load.
@@ -164,7 +171,7 @@ impl Goal {
     /// The flight mode in which it is flown.
     pub fn mode(&self) -> FlightMode {
         match self {
-            Goal::Land => FlightMode::Land,
+            Goal::Land | Goal::LandOnTarget => FlightMode::Land,
             Goal::Takeoff { .. } => FlightMode::Takeoff,
             Goal::Stop | Goal::Release { .. } | Goal::Task(_) => FlightMode::Loiter,
             Goal::Position { .. } | Goal::Velocity { .. } => FlightMode::Offboard,
@@ -174,7 +181,7 @@ impl Goal {
     /// The same as it goes over the wire.
     pub fn kind(&self) -> v1::SkillKind {
         match self {
-            Goal::Land => v1::SkillKind::Land,
+            Goal::Land | Goal::LandOnTarget => v1::SkillKind::Land,
             Goal::Takeoff { .. } => v1::SkillKind::Takeoff,
             Goal::Stop => v1::SkillKind::Stop,
             Goal::Position { .. } | Goal::Velocity { .. } => v1::SkillKind::Offboard,
@@ -189,6 +196,7 @@ impl std::fmt::Display for Goal {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Goal::Land => f.write_str("land"),
+            Goal::LandOnTarget => f.write_str("land on the target"),
             Goal::Takeoff { climb_m } => write!(f, "takeoff by {climb_m:.0} m"),
             Goal::Stop => f.write_str("stop"),
             Goal::Position { target, .. } => write!(f, "fly to {target}"),

@@ -217,7 +217,7 @@ pub(crate) fn set_mode(fake: &mut FakeAutopilot, mode: u32, now: Now) -> u8 {
     let it = own(fake);
     (it.mode, it.guided) = (mode, Guided::Holds);
     match mode {
-        LAND => _ = fake.command(Command::Land(v1::LandCommand {}), now),
+        LAND => _ = fake.command(Command::Land(v1::LandCommand::default()), now),
         _ => _ = fake.loiter(now),
     }
     announce(fake, now.time);
@@ -233,7 +233,7 @@ pub(crate) fn fence(fake: &mut FakeAutopilot, metres: f64) {
 pub(crate) fn battery_fails(fake: &mut FakeAutopilot, now: Now) {
     let it = own(fake);
     (it.battery_failed, it.mode, it.guided) = (true, LAND, Guided::Holds);
-    fake.command(Command::Land(v1::LandCommand {}), now);
+    fake.command(Command::Land(v1::LandCommand::default()), now);
     announce(fake, now.time);
     fake.text(4, "Battery Failsafe", now.time);
 }

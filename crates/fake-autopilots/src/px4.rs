@@ -144,7 +144,7 @@ pub(crate) fn set_mode(fake: &mut FakeAutopilot, asked: u32, now: Now) -> u8 {
         LAND => {
             let before = own(fake).intended;
             own(fake).before_landing = before;
-            fake.command(Command::Land(v1::LandCommand {}), now) || fake.is_landed()
+            fake.command(Command::Land(v1::LandCommand::default()), now) || fake.is_landed()
         }
         // A pilot's mode, or a return: the vehicle stays where it is.
         _ => fake.loiter(now),

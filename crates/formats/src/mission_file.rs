@@ -55,6 +55,8 @@ pub(crate) struct TermsEntry {
     dwell_s: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     drop: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    land_on_target: Option<bool>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     actions: Vec<String>,
     #[serde(rename = "do", skip_serializing_if = "Vec::is_empty")]
@@ -83,6 +85,7 @@ impl From<&Terms> for TermsEntry {
             reach_by_utc: terms.by_utc_ms.map(utc),
             dwell_s: Some(terms.dwell.as_secs_f64()).filter(|it| 0.0 < *it),
             drop: terms.drop.then_some(true),
+            land_on_target: terms.land_on_target.then_some(true),
             actions: terms.actions.clone(),
             tasks: terms.tasks.iter().map(task_entry).collect(),
             along: terms.along.iter().map(task_entry).collect(),

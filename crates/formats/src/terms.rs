@@ -11,13 +11,25 @@ use crate::findings::Wrong;
 use crate::json::Node;
 
 /// Their names.
-pub(crate) const PROPERTIES: [&str; 10] =
-    ["optional", "worth", "after", "reach_within_s", "reach_by_utc", "dwell_s", "drop", "actions", "do", "along"];
+pub(crate) const PROPERTIES: [&str; 11] = [
+    "optional",
+    "worth",
+    "after",
+    "reach_within_s",
+    "reach_by_utc",
+    "dwell_s",
+    "drop",
+    "land_on_target",
+    "actions",
+    "do",
+    "along",
+];
 
 /// As they stand in `properties`. Whether they make sense together is asked of the mission file that they become part of.
 pub(crate) fn read(properties: &Node<'_>) -> Result<Terms, Wrong> {
     let time = |key: &str| properties.get(key).map(|it| seconds(&it)).transpose();
-    let is_optional = properties.get("optional").map(|it| it.boolean()).transpose()?.unwrap_or_default();
+    let truth = |key: &str| properties.get(key).map(|it| it.boolean()).transpose();
+    let is_optional = truth("optional")?.unwrap_or_default();
     let worth = properties.get("worth").map(|it| it.number()).transpose()?;
     if is_optional != worth.is_some() {
         let message = "`optional` and `worth` stand together: what is worth least is left out first";
@@ -32,7 +44,8 @@ pub(crate) fn read(properties: &Node<'_>) -> Result<Terms, Wrong> {
         within: time("reach_within_s")?,
         by_utc_ms: properties.get("reach_by_utc").map(|it| applicability::moment(&it)).transpose()?,
         dwell: time("dwell_s")?.unwrap_or_default(),
-        drop: properties.get("drop").map(|it| it.boolean()).transpose()?.unwrap_or_default(),
+        drop: truth("drop")?.unwrap_or_default(),
+        land_on_target: truth("land_on_target")?.unwrap_or_default(),
         actions: texts("actions")?,
         tasks: properties.list("do")?.iter().map(task).collect::<Result<_, _>>()?,
         along: properties.list("along")?.iter().map(task).collect::<Result<_, _>>()?,
@@ -82,6 +95,9 @@ pub(crate) fn write(terms: &Terms, properties: &mut Map<String, Value>) {
     }
     if terms.drop {
         add("drop", json!(true));
+    }
+    if terms.land_on_target {
+        add("land_on_target", json!(true));
     }
     if !terms.actions.is_empty() {
         add("actions", json!(terms.actions));

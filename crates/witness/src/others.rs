@@ -107,7 +107,7 @@ mod tests {
         use v1::FailsafeReason::{Other, Setpoints};
         check(Other, None, 20, LOITER, true);
         check(Other, None, 20, Command::Takeoff(v1::TakeoffCommand { altitude_m: 30.0 }), true);
-        check(Other, None, 20, Command::Land(v1::LandCommand {}), false);
+        check(Other, None, 20, Command::Land(v1::LandCommand::default()), false);
         check(Other, None, 20, Command::Release(v1::ReleaseCommand {}), false);
         check(Setpoints, None, 20, LOITER, false);
         check(Other, Some(15), 20, LOITER, false);

@@ -271,6 +271,6 @@ impl Rig {
 
 pub(crate) const ARM: Command = Command::Arm(v1::Arm {});
 pub(crate) const DISARM: Command = Command::Disarm(v1::Disarm {});
-pub(crate) const LAND: Command = Command::Land(v1::LandCommand {});
+pub(crate) const LAND: Command = Command::Land(v1::LandCommand { on_target: false });
 pub(crate) const LOITER: Command = Command::SetMode(v1::SetMode { mode: v1::FlightMode::Loiter as i32 });
 pub(crate) const OFFBOARD: Command = Command::SetMode(v1::SetMode { mode: v1::FlightMode::Offboard as i32 });

@@ -250,6 +250,8 @@ pub enum Then {
     Crashed,
 }
 
+/// The target of a landing is not seen: a landing that this row interrupts has failed.
+pub const LANDING_TARGET_LOST: &str = "landing_target_lost";
 /// Raised by the mission manager when a transition action fails.
 pub const TRANSITION_FAILED: &str = "transition_failed";
 /// Raised by the mission manager when the monitor is silent.

@@ -163,6 +163,8 @@ fields! {
     BatteryFaulty "battery.faulty" Kind::Choice(TRUTH);
     /// Whether the land detector says the opposite of what motors, height and speed show; not known while it says nothing.
     DetectorContradicts "land_detector.contradicts" Kind::Choice(TRUTH);
+    /// Whether the autopilot sees the target of a landing on one; known during such a landing, where the autopilot says.
+    TargetSeen "landing.target_seen" Kind::Choice(TRUTH);
     /// The fastest descent in the last seconds before the vehicle was on the ground; 0 in the air, not known where it was not seen to come
     /// down.
     TouchdownSpeed "touchdown.speed_m_s" number(Unit::METRE_PER_SECOND, 0.0, 100.0);

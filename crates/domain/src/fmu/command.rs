@@ -31,6 +31,8 @@ pub enum Command {
     },
     /// Land where the vehicle is.
     Land,
+    /// The same, on the target that its sensor sees there.
+    LandOnTarget,
     /// Set the mode loiter: come to rest and stay there.
     Loiter,
     /// Set the mode offboard: follow the setpoints.
@@ -45,7 +47,7 @@ impl Command {
         match self {
             Command::Arm | Command::Disarm | Command::Release => None,
             Command::Takeoff { .. } => Some(FlightMode::Takeoff),
-            Command::Land => Some(FlightMode::Land),
+            Command::Land | Command::LandOnTarget => Some(FlightMode::Land),
             Command::Loiter => Some(FlightMode::Loiter),
             Command::Offboard => Some(FlightMode::Offboard),
         }
@@ -60,6 +62,7 @@ impl fmt::Display for Command {
             Command::Disarm => f.write_str("disarm"),
             Command::Takeoff { height_m } => write!(f, "takeoff to {height_m:.1} m"),
             Command::Land => f.write_str("land"),
+            Command::LandOnTarget => f.write_str("land on the target"),
             Command::Loiter => f.write_str("loiter"),
             Command::Offboard => f.write_str("offboard"),
             Command::Release => f.write_str("release"),

@@ -23,6 +23,8 @@ pub struct Status {
     pub origin: Option<Origin>,
     /// What its gripper does; `None`: it has none, or does not report it.
     pub gripper: Option<Gripper>,
+    /// During a landing on a target: whether the sensor sees it; `None` at all other times, and where the autopilot does not say.
+    pub landing_target_seen: Option<bool>,
     /// The mode that is flown was chosen by somebody else, a pilot or another ground station, since Kittiwake last
     /// commanded one. A backend sets a mode before it arms, so that arming ends it. (No autopilot says so; a backend knows which modes it
     /// has commanded. One that was started again says what it sees from then on: who has heard the rest remembers it.)

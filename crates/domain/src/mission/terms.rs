@@ -1,5 +1,5 @@
 //! What a mission asks of its objectives besides their places: their order, which may be left out, until when, for how long
-//! the vehicle stays, and whether it releases its load.
+//! the vehicle stays, whether it releases its load, and how it lands.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -53,6 +53,8 @@ pub struct Terms {
     pub dwell: Duration,
     /// It releases its load there, in flight; then it stays. The objective is reached once the load is gone.
     pub drop: bool,
+    /// The landing there is on a target that the autopilot's sensor sees; once it is lost three times, the objective has failed.
+    pub land_on_target: bool,
     /// Commands to the payload at this place, or during this survey: each a name and its numbers. They are kept, and nothing
     /// flies them yet.
     pub actions: Vec<String>,
@@ -95,6 +97,14 @@ impl Checker<'_> {
             let message = format!("objective `{}` is on the ground, and a load is dropped in flight", it.name.as_ref());
             self.say(Some(drop.span()), message, "set `flying = true` and a height, or take `drop` out");
         }
+        if let Some(on_target) = &it.land_on_target
+            && *on_target.as_ref()
+            && it.flying
+        {
+            let message =
+                format!("objective `{}` is reached in flight, and `land_on_target` is for a landing", it.name.as_ref());
+            self.say(Some(on_target.span()), message, "set `flying = false`, or take `land_on_target` out");
+        }
         for action in &it.actions {
             let text = action.as_ref();
             // It is shown on terminals.
@@ -127,6 +137,7 @@ impl Checker<'_> {
             by_utc_ms: it.reach_by_utc.as_ref().and_then(|it| self.moment(it)),
             dwell: time(dwell_s),
             drop: it.drop.as_ref().is_some_and(|it| *it.as_ref()),
+            land_on_target: it.land_on_target.as_ref().is_some_and(|it| *it.as_ref()),
             actions: it.actions.iter().map(|it| it.as_ref().clone()).collect(),
             tasks,
             along,
@@ -253,6 +264,7 @@ east_m = 500.0
 height_m = 0.0
 flying = false
 dwell_s = 30.0
+land_on_target = true
 [[objective]]
 name = "b"
 north_m = 0.0
@@ -278,7 +290,8 @@ along = [{ skill = "camera", every_m = 5.0 }]
     fn the_terms_of_an_objective_are_read() {
         let mission = read(GOOD).unwrap();
         assert_eq!(mission.order, Order::Free);
-        assert_eq!(mission.objectives[0].terms, Terms { dwell: Duration::from_secs(30), ..Terms::default() });
+        let landing = Terms { dwell: Duration::from_secs(30), land_on_target: true, ..Terms::default() };
+        assert_eq!(mission.objectives[0].terms, landing);
         let expected = Terms {
             worth: Some(2.5),
             after: vec!["a".into()],
@@ -286,6 +299,7 @@ along = [{ skill = "camera", every_m = 5.0 }]
             by_utc_ms: Some(1_777_622_400_000),
             dwell: Duration::ZERO,
             drop: true,
+            land_on_target: false,
             actions: vec!["MAV_CMD_IMAGE_START_CAPTURE 0 2".into()],
             tasks: vec![Task { skill: "winch_down".into(), inputs: vec![("length_m".into(), 12.0)] }],
             along: vec![Task { skill: "camera".into(), inputs: vec![("every_m".into(), 5.0)] }],
@@ -301,27 +315,32 @@ along = [{ skill = "camera", every_m = 5.0 }]
         fn check(find: &str, replace: &str, expected: &str) {
             check_mistake(GOOD, find, replace, read, expected);
         }
-        check("worth = 2.5\n", "", "m.toml:17:12: optional objective `b` has no `worth`");
-        check("optional = true\n", "", "m.toml:17:9: `worth` is given, and objective `b` is required");
-        check("2.5", "nan", "m.toml:18:9: `worth` is NaN, expected a number from 0 to 1000000");
+        check("worth = 2.5\n", "", "m.toml:18:12: optional objective `b` has no `worth`");
+        check("optional = true\n", "", "m.toml:18:9: `worth` is given, and objective `b` is required");
+        check("2.5", "nan", "m.toml:19:9: `worth` is NaN, expected a number from 0 to 1000000");
         check("30.0", "-1.0", "m.toml:10:11: `dwell_s` is -1, expected seconds from 0 to 86400");
-        check("600.0", "1e9", "m.toml:20:18: `reach_within_s` is 1000000000, expected seconds from 0 to 86400");
+        check("600.0", "1e9", "m.toml:21:18: `reach_within_s` is 1000000000, expected seconds from 0 to 86400");
         check(
             "height_m = 20.0\nflying = true",
             "height_m = 0.0\nflying = false",
-            "m.toml:22:8: objective `b` is on the ground, and a load is dropped in flight",
+            "m.toml:23:8: objective `b` is on the ground, and a load is dropped in flight",
+        );
+        check(
+            "drop = true",
+            "land_on_target = true",
+            "m.toml:23:18: objective `b` is reached in flight, and `land_on_target` is for a landing",
         );
         for action in ["", "\\u001b[2J", "Käse 1", &"1 ".repeat(150)] {
             check(
                 "MAV_CMD_IMAGE_START_CAPTURE 0 2",
                 action,
-                "m.toml:23:12: an action of objective `b` is not a command with its numbers",
+                "m.toml:24:12: an action of objective `b` is not a command with its numbers",
             );
         }
-        check("2026-05-01T08:00:00Z", "soon", "m.toml:21:16: found `soon`, expected a UTC date and time");
+        check("2026-05-01T08:00:00Z", "soon", "m.toml:22:16: found `soon`, expected a UTC date and time");
         check("\"free\"", "\"any\"", "m.toml:3:9: unknown variant `any`");
-        check("[\"a\"]", "[\"c\"]", "m.toml:19:10: there is no objective `c`");
-        check("[\"a\"]", "[\"b\"]", "m.toml:19:10: objective `b` comes after itself");
+        check("[\"a\"]", "[\"c\"]", "m.toml:20:10: there is no objective `c`");
+        check("[\"a\"]", "[\"b\"]", "m.toml:20:10: objective `b` comes after itself");
         check(
             "dwell_s = 30.0",
             "after = [\"b\"]",
@@ -349,6 +368,7 @@ along = [{ skill = "camera", every_m = 5.0 }]
             ("\"free\"", "\"given\""),
             ("optional = true\nworth = 2.5\n", ""),
             ("drop = true", "drop = false"),
+            ("target = true", "target = false"),
             ("CAPTURE 0 2", "CAPTURE 0 3"),
             ("length_m = 12.0", "length_m = 13.0"),
             ("every_m = 5.0", "every_m = 6.0"),

@@ -48,6 +48,7 @@ impl From<ObjectiveStatus> for v1::Objective {
             dwell_s: terms.dwell.as_secs_f64(),
             survey: status.objective.survey.map(Into::into),
             drop: terms.drop,
+            land_on_target: terms.land_on_target,
             actions: terms.actions,
             tasks: terms.tasks.iter().map(Into::into).collect(),
             tasks_done: status.tasks_done as u32,
@@ -129,6 +130,7 @@ impl TryFrom<v1::Objective> for ObjectiveStatus {
             by_utc_ms: status.reach_by_utc_ms,
             dwell: duration("dwell_s", status.dwell_s)?,
             drop: status.drop,
+            land_on_target: status.land_on_target,
             actions: status.actions,
             tasks: status.tasks.into_iter().map(Task::try_from).collect::<Result<_, _>>()?,
             along: status.along.into_iter().map(Task::try_from).collect::<Result<_, _>>()?,
@@ -243,19 +245,19 @@ pub(super) mod tests {
         let after = prop::collection::vec(name(), 0..3);
         let tasks = || prop::collection::vec(super::super::task::tests::task(), 0..3);
         let payload = (any::<bool>(), prop::collection::vec(name(), 0..3), tasks(), tasks());
-        (worth, after, prop::option::of(time()), prop::option::of(any::<i64>()), time(), payload).prop_map(
-            |(worth, after, within, by_utc_ms, dwell, (drop, actions, tasks, along))| Terms {
+        (worth, after, prop::option::of(time()), prop::option::of(any::<i64>()), time(), payload, any::<bool>())
+            .prop_map(|(worth, after, within, by_utc_ms, dwell, (drop, actions, tasks, along), land_on_target)| Terms {
                 worth,
                 after,
                 within,
                 by_utc_ms,
                 dwell,
                 drop,
+                land_on_target,
                 actions,
                 tasks,
                 along,
-            },
-        )
+            })
     }
 
     fn survey() -> impl Strategy<Value = Survey> {

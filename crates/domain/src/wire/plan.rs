@@ -666,7 +666,7 @@ mod tests {
         #[track_caller]
         fn check(change: fn(&mut v1::Plan), expected: &str) {
             let state = Some(v1::PlanningState { position: Some(v1::Ned::default()), ..Default::default() });
-            let goal = Some(v1::SkillGoal { goal: Some(v1::skill_goal::Goal::Land(v1::LandGoal {})) });
+            let goal = Some(v1::SkillGoal { goal: Some(v1::skill_goal::Goal::Land(v1::LandGoal::default())) });
             let nominal = Some(v1::ParameterSet { goal, ..Default::default() });
             let step = |id| v1::PlanStep {
                 id,

@@ -69,7 +69,7 @@ impl From<Goal> for v1::SkillGoal {
     fn from(goal: Goal) -> v1::SkillGoal {
         use v1::skill_goal::Goal as G;
         let goal = match goal {
-            Goal::Land => G::Land(v1::LandGoal {}),
+            Goal::Land | Goal::LandOnTarget => G::Land(v1::LandGoal { on_target: goal == Goal::LandOnTarget }),
             Goal::Takeoff { climb_m } => G::Takeoff(v1::TakeoffGoal { climb_m }),
             Goal::Stop => G::Stop(v1::StopGoal {}),
             Goal::Position { target, speed_limit_m_s, yaw_rad, hold_at_target } => {
@@ -90,6 +90,7 @@ impl TryFrom<v1::SkillGoal> for Goal {
     fn try_from(it: v1::SkillGoal) -> Result<Goal, InvalidMessage> {
         use v1::skill_goal::Goal as G;
         Ok(match it.goal.ok_or(InvalidMessage::Missing("goal"))? {
+            G::Land(it) if it.on_target => Goal::LandOnTarget,
             G::Land(_) => Goal::Land,
             G::Takeoff(it) => Goal::Takeoff { climb_m: positive("climb_m", it.climb_m)? },
             G::Stop(_) => Goal::Stop,
@@ -198,7 +199,16 @@ pub(super) mod tests {
         let takeoff = (0.1..100.0).prop_map(|climb_m| Goal::Takeoff { climb_m });
         let release = ned().prop_map(|over| Goal::Release { over });
         let task = task_goal().prop_map(|it| Goal::Task(Arc::new(it)));
-        prop_oneof![Just(Goal::Land), Just(Goal::Stop), takeoff, position, velocity, release, task]
+        prop_oneof![
+            Just(Goal::Land),
+            Just(Goal::LandOnTarget),
+            Just(Goal::Stop),
+            takeoff,
+            position,
+            velocity,
+            release,
+            task
+        ]
     }
 
     fn event() -> impl Strategy<Value = SkillEvent> {

@@ -93,10 +93,9 @@ pub(super) fn of(item: &Item, home: Option<LatLon>, findings: &mut Findings) -> 
                     "the altitude of a landing is not that of the ground: it lands on the ground, as high as the take-off point",
                 );
             }
-            if *meaning == Meaning::Land && item.param(2) != 0.0 {
-                note("a precision landing has no counterpart: it lands at the place");
-            }
-            lead(item, waypoint(item, "land", item.at()?, Height::ON_GROUND, false))?
+            let mut to = waypoint(item, "land", item.at()?, Height::ON_GROUND, false);
+            to.terms.land_on_target = *meaning == Meaning::Land && item.param(2) != 0.0;
+            lead(item, to)?
         }
         Meaning::Return => {
             Does::Lead { to: waypoint(item, "return", Place::TakeOff, Height::ON_GROUND, false), is_end: true }

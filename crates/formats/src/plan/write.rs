@@ -14,6 +14,9 @@ use super::item::{NO_PLACE, RELATIVE};
 use crate::export::{Geographic, degrees};
 use crate::findings::Findings;
 
+/// MAVLink's PRECISION_LAND_MODE_REQUIRED: it searches for its target if that is not seen.
+const PRECISION_REQUIRED: u8 = 2;
+
 /// The rally points of a plan: sites to land at.
 fn rally(mission: &Geographic<'_>, findings: &mut Findings) -> Vec<Value> {
     let mut points = Vec::new();
@@ -45,13 +48,16 @@ pub(crate) fn write(mission: &Geographic<'_>, findings: &mut Findings) -> String
             items.push(simple_item(id, TAKEOFF, from, height_m.max(TAKEOFF_HEIGHT_M)));
         }
         let command = if objective.flying { WAYPOINT } else { LAND };
-        let Terms { dwell, drop, actions, .. } = &objective.terms;
+        let Terms { dwell, drop, land_on_target, actions, .. } = &objective.terms;
         let dwell_s = dwell.as_secs_f64();
         for (index, at) in places.iter().enumerate() {
             let mut item = simple_item(items.len() + 1, command, *at, if objective.flying { height_m } else { 0.0 });
             let is_last = index + 1 == places.len();
             if objective.flying && is_last && !drop {
                 item["params"][0] = json!(dwell_s);
+            }
+            if *land_on_target {
+                item["params"][1] = json!(PRECISION_REQUIRED);
             }
             items.push(item);
             // Of a survey they begin with its first line.

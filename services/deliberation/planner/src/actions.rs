@@ -42,7 +42,7 @@ impl Action {
 
     pub(crate) fn of(goal: &Goal) -> Action {
         match goal {
-            Goal::Land => Action::Land,
+            Goal::Land | Goal::LandOnTarget => Action::Land,
             Goal::Takeoff { .. } => Action::Takeoff,
             Goal::Stop => Action::Stop,
             Goal::Position { .. } | Goal::Velocity { .. } => Action::Position,
@@ -160,7 +160,12 @@ pub(crate) fn time_s(goal: &Goal) -> f64 {
     match goal {
         Goal::Release { .. } => RELEASE_S,
         Goal::Task(it) => it.estimate_s,
-        Goal::Land | Goal::Takeoff { .. } | Goal::Stop | Goal::Position { .. } | Goal::Velocity { .. } => 0.0,
+        Goal::Land
+        | Goal::LandOnTarget
+        | Goal::Takeoff { .. }
+        | Goal::Stop
+        | Goal::Position { .. }
+        | Goal::Velocity { .. } => 0.0,
     }
 }
 

@@ -1,9 +1,10 @@
-//! Tasks along a leg: the third track beside action and communication. They accompany each flight over ground to the objective; of a survey
-//! those from its first line on.
+//! What an objective asks of the steps to it. Tasks along the leg, the third track beside action and communication: they accompany each flight
+//! over ground to the objective; of a survey those from its first line on. And a landing on a target.
 
 use std::sync::Arc;
 
 use domain::plan::Step;
+use domain::skill::Goal;
 use domain::task::TaskGoal;
 
 use crate::actions::Action;
@@ -17,6 +18,7 @@ pub(crate) struct Along {
     tasks: Vec<Arc<TaskGoal>>,
     /// The way to the first line of a survey is ahead.
     is_approach: bool,
+    lands_on_target: bool,
 }
 
 impl Along {
@@ -24,7 +26,8 @@ impl Along {
     pub(crate) fn of(objective: &Objective, rules: &Rules) -> Along {
         let goal = |it| Arc::new(rules.skills.goal(it, objective.goal.position));
         let is_approach = objective.status.objective.survey.as_ref().is_some_and(|it| it.passed() == 0);
-        Along { tasks: objective.terms().along.iter().map(goal).collect(), is_approach }
+        let terms = objective.terms();
+        Along { tasks: terms.along.iter().map(goal).collect(), is_approach, lands_on_target: terms.land_on_target }
     }
 
     /// Says so in those steps.
@@ -33,6 +36,9 @@ impl Along {
             let accompanies = action(step) == Action::Position && !self.is_approach;
             step.along = if accompanies { self.tasks.clone() } else { Vec::new() };
             self.is_approach &= step.passed == 0;
+            if self.lands_on_target && step.nominal.goal == Goal::Land {
+                step.nominal.goal = Goal::LandOnTarget;
+            }
         }
     }
 }

@@ -72,7 +72,7 @@ impl Rules {
         let more_wh = match goal {
             Goal::Task(it) if it.stance == Stance::Stands => return it.power_w * it.estimate_s / 3600.0,
             Goal::Takeoff { .. } => self.aircraft.energy.takeoff_wh(self.wind),
-            Goal::Land => self.aircraft.energy.landing_wh(self.wind),
+            Goal::Land | Goal::LandOnTarget => self.aircraft.energy.landing_wh(self.wind),
             Goal::Position { .. } if SAME_PLACE_M < from.distance_m(to) => self.aircraft.energy.stop_wh(self.wind),
             // What hovering for a release takes is in the time of the leg.
             Goal::Task(it) => it.power_w * it.estimate_s / 3600.0,

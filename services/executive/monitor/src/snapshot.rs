@@ -82,6 +82,7 @@ pub(crate) fn snapshot(sources: &Sources, now: Time) -> Snapshot {
             Field::MotorFailed => snapshot.set_truth(field, reported(Failure::Motor)),
             Field::BatteryFaulty => snapshot.set_truth(field, reported(Failure::Battery)),
             Field::DetectorContradicts => snapshot.set_truth(field, sources.contradicts_detector()),
+            Field::TargetSeen => snapshot.set_truth(field, status.and_then(|it| it.landing_target_seen)),
             Field::TouchdownSpeed => snapshot.set(field, sources.touchdown_m_s()),
             Field::StatusSilence
             | Field::AttitudeSilence

@@ -110,7 +110,7 @@ impl Personality for ArduPilot {
             Command::Takeoff { height_m } => {
                 vec![Step::Mode(GUIDED), Step::Takeoff { height_m, until: Until::Acknowledged }, Step::Climb]
             }
-            Command::Land => vec![Step::Mode(LAND)],
+            Command::Land | Command::LandOnTarget => vec![Step::Mode(LAND)],
             // LOITER would fly the sticks of a pilot who is not there. To set GUIDED in GUIDED does nothing: it flies on.
             Command::Loiter => vec![Step::Mode(GUIDED), Step::Stop],
             Command::Offboard => vec![Step::Mode(GUIDED), Step::Follow],
@@ -127,6 +127,10 @@ impl Personality for ArduPilot {
         // NaN in param7 ends the autopilot's program, and a value not above 0 is refused.
         (above_home_m.is_finite() && 0.0 < above_home_m)
             .then(|| CommandLong::new(command::TAKEOFF, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, above_home_m as f32]))
+    }
+
+    fn target_mode(&self) -> Option<u32> {
+        None
     }
 
     fn mode_params(&self, custom_mode: u32) -> [f32; 2] {

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use autopilot::command::NumberedCommand;
 use autopilot::gripper::SilentGripper;
+use autopilot::target;
 use domain::fmu::{Author, Command, CommandId, CommandResult, FlightMode, Gripper, ModeObserver, Seen, Setpoint};
 use domain::geodesy::AutopilotFrame;
 use domain::geometry::Ned;
@@ -190,6 +191,12 @@ impl Flown {
         self.vehicle.gripper.or(self.personality.acknowledges_gripper().then(|| self.gripper.state()))
     }
 
+    /// Whether it sees the target of the present landing; `None` if there is no such landing, or it does not tell.
+    pub(crate) fn landing_target_seen(&self, now: Time) -> Option<bool> {
+        let lands = self.vehicle.is_armed() && self.vehicle.custom_mode() == self.personality.target_mode();
+        (lands && !self.vehicle.is_on_ground()).then(|| target::is_seen(self.vehicle.target_heard, now))
+    }
+
     /// This is sent to it.
     pub(crate) fn told(&mut self, said: &Said) {
         if let Said::Command { command: CommandLong { command, params }, confirmation } = *said {
@@ -250,7 +257,7 @@ impl Flown {
         }
         let steps = self.personality.steps(command, &self.vehicle)?;
         self.adopts = false;
-        if matches!(command, Command::Arm | Command::Takeoff { .. } | Command::Land) {
+        if matches!(command, Command::Arm | Command::Takeoff { .. } | Command::Land | Command::LandOnTarget) {
             self.setpoints.forget();
         }
         if matches!(command, Command::Takeoff { .. }) {
@@ -306,7 +313,8 @@ impl Flown {
         match &result {
             CommandResult::Accepted => {
                 tracing::info!("{command}: done");
-                if matches!(command, Command::Loiter | Command::Land | Command::Takeoff { .. }) {
+                if matches!(command, Command::Loiter | Command::Land | Command::LandOnTarget | Command::Takeoff { .. })
+                {
                     self.setpoints.end();
                 }
             }

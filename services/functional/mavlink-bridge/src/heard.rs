@@ -39,6 +39,8 @@ pub enum Heard {
         /// What it says.
         text: String,
     },
+    /// It sees the target of a landing: LANDING_TARGET, which PX4 sends as long as it does.
+    LandingTarget,
     /// Where it is in its local frame.
     LocalPosition(LocalPosition),
     /// Where it is on the globe.
@@ -288,6 +290,7 @@ pub fn heard(frame: &Frame) -> Option<Heard> {
             place: None,
             attitude_rad: None,
         }),
+        149 => Heard::LandingTarget,
         147 => battery(&bytes)?,
         180 => feedback(&bytes)?,
         263 => captured(&bytes)?,

@@ -104,6 +104,7 @@ impl Flown {
             failures: telemetry::failures(vehicle, signal_lost || unflown, now),
             origin: telemetry::origin(vehicle),
             gripper: self.gripper(),
+            landing_target_seen: self.landing_target_seen(now),
             commanded_by_other: is_other,
             reason: reasons.join("; "),
             can_arm: if problem.is_some() || vehicle.origin.is_none() { Some(false) } else { can_arm },

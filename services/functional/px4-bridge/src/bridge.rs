@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use autopilot::command::NumberedCommand;
 use autopilot::gripper::SilentGripper;
+use autopilot::target;
 use autopilot::tasks::Tasks;
 use domain::declared_skill::DeclaredSkills;
 use domain::fmu::{
@@ -81,6 +82,8 @@ pub(crate) struct Bridge {
     /// Why PX4 refused the newest command, until one is taken.
     refusal: String,
     gripper: SilentGripper,
+    /// When PX4 told where the target of a landing is.
+    target_heard: Option<Time>,
     tasks: Tasks,
 }
 
@@ -105,6 +108,7 @@ impl Bridge {
             pre_emption: String::new(),
             refusal: String::new(),
             gripper: SilentGripper::default(),
+            target_heard: None,
             tasks: Tasks::default(),
         }
     }
@@ -198,6 +202,13 @@ impl Bridge {
             "vehicle_command_ack" => {
                 if let Some(ack) = Ack::read(sample)? {
                     self.acknowledged(ack, now, out);
+                }
+            }
+            "landing_target_pose" => {
+                let is_news = !target::is_seen(self.target_heard, now);
+                self.target_heard = Some(now);
+                if is_news {
+                    self.publish_status(now, out);
                 }
             }
             "camera_capture" => out.effects.extend(telemetry::picture(sample, at.utc_ms)?.map(Effect::publish)),
@@ -307,6 +318,7 @@ impl Bridge {
             failures: self.health.failures(flies.intended, flies.failsafe),
             origin: self.frame.origin(),
             gripper: Some(self.gripper.state()),
+            landing_target_seen: self.landing_target_seen(flies, now),
             commanded_by_other: self.modes.other().is_some(),
             reason,
             can_arm,
@@ -316,6 +328,12 @@ impl Bridge {
             timestamp_us: self.clocks.0,
         };
         out.effects.push(Effect::publish(v1::VehicleStatus::from(status)));
+    }
+
+    /// Whether the target of the present landing is seen; `None` if there is no such landing, or PX4 does not send the topic.
+    fn landing_target_seen(&self, flies: Flies, now: Time) -> Option<bool> {
+        let lands = flies.armed && flies.actual == NavState::PRECISION_LAND;
+        (lands && self.watch.sends_target).then(|| target::is_seen(self.target_heard, now))
     }
 
     /// A command has come. It is answered once PX4 has answered, or at once where PX4 cannot be asked.
@@ -351,7 +369,12 @@ impl Bridge {
                 None if altitude.is_none() => Err("PX4 does not know where its origin is yet".into()),
                 None => Ok(()),
             },
-            Command::Disarm | Command::Land | Command::Loiter | Command::Offboard | Command::Release => Ok(()),
+            Command::Disarm
+            | Command::Land
+            | Command::LandOnTarget
+            | Command::Loiter
+            | Command::Offboard
+            | Command::Release => Ok(()),
         }
     }
 
@@ -450,7 +473,6 @@ impl Bridge {
     /// After a landing PX4 goes back to the mode from before, in which it would not arm, and would not say whether it would in Hold.
     /// Where we have landed it, Hold is set. What somebody else has flown, or has selected on the ground, is left as it is.
     fn hold_after_landing(&mut self, now: Time, out: &mut Out) {
-        let Some(flies) = self.flies else { return };
         if !self.hold_wanted || self.pending.is_some() {
             return;
         }

@@ -22,6 +22,7 @@ const CUSTOM: f64 = 1.0;
 const MAIN_AUTO: f64 = 4.0;
 const MAIN_OFFBOARD: f64 = 6.0;
 const SUB_LOITER: f64 = 3.0;
+const SUB_PRECISION_LAND: f64 = 9.0;
 
 /// Stand still in Hold.
 pub(crate) fn hold() -> NumberedCommand {
@@ -41,6 +42,7 @@ fn numbered(command: Command, origin_amsl_m: Option<f64>) -> Option<NumberedComm
         // Where it stands, without a heading, up to an altitude above mean sea level.
         Command::Takeoff { height_m } => (TAKEOFF, [NAN, NAN, NAN, NAN, NAN, NAN, origin_amsl_m? + height_m]),
         Command::Land => (LAND, [0.0, 0.0, 0.0, NAN, NAN, NAN, NAN]),
+        Command::LandOnTarget => return Some(set_mode(MAIN_AUTO, SUB_PRECISION_LAND)),
         Command::Loiter => return Some(hold()),
         Command::Offboard => return Some(set_mode(MAIN_OFFBOARD, 0.0)),
         // Gripper 1, action 0: release.

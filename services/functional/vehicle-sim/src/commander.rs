@@ -90,8 +90,8 @@ pub(crate) fn judge(command: Command, situation: &Situation) -> Result<(), Refus
             Err(Refusal::NoClimb { target_m: height_m, height_m: situation.height_m })
         }
         (C::Takeoff { .. }, P::OnGround) => fit,
-        (C::Land, P::Disarmed | P::OnGround) => Err(Refusal::OnGround),
-        (C::Land, P::InAir) => Ok(()),
+        (C::Land | C::LandOnTarget, P::Disarmed | P::OnGround) => Err(Refusal::OnGround),
+        (C::Land | C::LandOnTarget, P::InAir) => Ok(()),
         (C::Loiter, P::Disarmed | P::OnGround) => Ok(()),
         (C::Loiter, P::InAir) => fit,
         (C::Offboard, _) if !situation.setpoints => Err(Refusal::NoSetpoints),

@@ -131,6 +131,10 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             vehicle.others.not_ready = why;
             text
         }
+        Fault::HideTarget(below_m) => {
+            vehicle.target_hidden_below_m = below_m;
+            format!("the landing target is not seen at {below_m} m and below")
+        }
         Fault::Vibration(vibration_m_s2) => {
             vehicle.vibration_m_s2 = vibration_m_s2;
             format!("the frame shakes with {vibration_m_s2} m/s2")
@@ -174,6 +178,7 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             vehicle.wind.set(0.0, 0.0, 0.0);
             vehicle.link_lost_until = now;
             vehicle.site_blocked = false;
+            vehicle.target_hidden_below_m = 0.0;
             vehicle.gripper.stuck = false;
             vehicle.detector_stuck = None;
             vehicle.others.end_failsafe();

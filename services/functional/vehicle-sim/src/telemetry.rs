@@ -70,6 +70,7 @@ impl Telemetry {
             failures: vehicle.failures(now),
             origin: Some(self.globe.origin_at(ned(-vehicle.boot.frame_offset))),
             gripper: Some(vehicle.gripper.report()),
+            landing_target_seen: vehicle.landing_target_seen(),
             commanded_by_other: vehicle.others.has_chosen(),
             reason: vehicle.reason(now),
             can_arm: Some(vehicle.can_arm(now)),

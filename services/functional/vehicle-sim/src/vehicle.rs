@@ -60,6 +60,9 @@ pub(crate) struct Vehicle {
     pub(crate) motors_lost: u8,
     /// Whether a landing is blocked above the ground.
     pub(crate) site_blocked: bool,
+    /// At this height above the ground and below, the target of a landing is not seen.
+    pub(crate) target_hidden_below_m: f64,
+    lands_on_target: bool,
     /// What the land detector reports, whatever is true.
     pub(crate) detector_stuck: Option<bool>,
     /// How much the frame shakes, m/s2.
@@ -98,6 +101,8 @@ impl Vehicle {
             gripper: Gripper::new(config.gripper.holds_load, config.gripper.opens_in_s.seconds()),
             motors_lost: 0,
             site_blocked: false,
+            target_hidden_below_m: 0.0,
+            lands_on_target: false,
             detector_stuck: None,
             vibration_m_s2: 0.0,
             heading_error_rad: 0.0,
@@ -149,7 +154,10 @@ impl Vehicle {
             Command::Arm => self.arming.arm(now),
             Command::Disarm => self.disarm(),
             Command::Takeoff { height_m } => self.intended = Mode::Takeoff { height_m },
-            Command::Land => self.intended = Mode::Land,
+            Command::Land | Command::LandOnTarget => {
+                self.intended = Mode::Land;
+                self.lands_on_target = command == Command::LandOnTarget;
+            }
             Command::Loiter => self.intended = Mode::Loiter,
             Command::Offboard => self.intended = Mode::Offboard,
             Command::Release => self.gripper.release(now),
@@ -199,6 +207,13 @@ impl Vehicle {
         let flies = || in_words(self.worst_cause()).or_else(other).or_else(missed).filter(|_| self.failsafe);
         let waits = || self.others.not_ready.clone().or_else(unfit);
         if self.arming.is_armed() { flies() } else { waits() }.unwrap_or_default()
+    }
+
+    /// Whether its sensor sees the target below, while it lands on one: it sees one wherever that is, unless it is hidden.
+    pub(crate) fn landing_target_seen(&self) -> Option<bool> {
+        let height_m = self.body.ground.down_m(self.body.position) - self.body.position.z;
+        let lands = self.lands_on_target && self.actual() == Mode::Land && !self.land_detector.landed();
+        lands.then_some(self.target_hidden_below_m < height_m)
     }
 
     /// Why a failsafe flies, if one does.

@@ -3,6 +3,8 @@
 // Settled objectives are left out: an upload starts where the vehicle is.
 
 const SITES = { SITE_KIND_LANDING: "landing", SITE_KIND_DITCH: "ditch" };
+/** What is below an area that only bars landings. */
+const BELOW = { GROUND_KIND_WATER: "water", GROUND_KIND_PEOPLE: "people" };
 const KINDS = { AREA_KIND_PERMISSION: "permission", AREA_KIND_KEEP_OUT: "keep-out" };
 
 /** A text as a basic string of TOML: every string of JSON is one. */
@@ -45,7 +47,7 @@ function among(waiting) {
   return (it) => ({ ...it, after: (it.after ?? []).filter((name) => names.has(name)) });
 }
 
-function objective({ name, position, flying, survey, worth, after, reachWithinS, reachByUtcMs, dwellS, drop, actions = [] }) {
+function objective({ name, position, flying, survey, worth, after, reachWithinS, reachByUtcMs, dwellS, drop, landOnTarget, actions = [], tasks = [], along = [] }) {
   const place = survey ? [surveyed(survey)] : [`north_m = ${float(position?.northM)}`, `east_m = ${float(position?.eastM)}`];
   return [
     "[[objective]]",
@@ -59,10 +61,15 @@ function objective({ name, position, flying, survey, worth, after, reachWithinS,
     reachByUtcMs == null ? null : `reach_by_utc = ${quoted(utc(reachByUtcMs))}`,
     dwellS ? `dwell_s = ${float(dwellS)}` : null,
     drop ? "drop = true" : null,
+    landOnTarget ? "land_on_target = true" : null,
     actions.length ? `actions = [${actions.map(quoted).join(", ")}]` : null,
+    tasks.length ? `do = [${tasks.map(task).join(", ")}]` : null,
+    along.length ? `along = [${along.map(task).join(", ")}]` : null,
     "",
   ].filter((it) => it != null);
 }
+
+const task = ({ skill, inputs = [] }) => `{ ${[`skill = ${quoted(skill)}`, ...inputs.map(({ name, value }) => `${name} = ${exact(value)}`)].join(", ")} }`;
 
 /** The whole survey: an upload begins it again. */
 function surveyed({ corners, spacingM, pictureDistanceM, headingDeg }) {
@@ -86,16 +93,18 @@ function fromFeeds(feeds = []) {
   return (it, index) => ({ ...it, feed: names.get(index) });
 }
 
-function area({ name, feed, kind, corners, holes = [], floorM, ceilingM, fromUtcMs, untilUtcMs, hoursUtc = [] }) {
+function area({ name, feed, kind, corners, holes = [], floorM, ceilingM, fromUtcMs, untilUtcMs, hoursUtc = [], ground }) {
+  const below = BELOW[ground];
   return [
     "[[area]]",
     `name = ${quoted(name)}`,
     feed == null ? null : `feed = ${quoted(feed)}`,
-    `kind = ${quoted(KINDS[kind])}`,
+    `kind = ${quoted(below ? "no-landing" : KINDS[kind])}`,
+    below ? `ground = ${quoted(below)}` : null,
     `corners_m = ${ring(corners)}`,
     holes.length ? `holes_m = [${holes.map((it) => ring(it.corners)).join(", ")}]` : null,
-    floorM == null ? null : `floor_m = ${float(floorM)}`,
-    ceilingM == null ? null : `ceiling_m = ${float(ceilingM)}`,
+    floorM == null || below ? null : `floor_m = ${float(floorM)}`,
+    ceilingM == null || below ? null : `ceiling_m = ${float(ceilingM)}`,
     fromUtcMs == null ? null : `from_utc = ${quoted(utc(fromUtcMs))}`,
     untilUtcMs == null ? null : `until_utc = ${quoted(utc(untilUtcMs))}`,
     hoursUtc.length ? `hours_utc = [${hoursUtc.map(quoted).join(", ")}]` : null,

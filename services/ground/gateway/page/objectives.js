@@ -40,7 +40,7 @@ function renew(row, it) {
   const { northM = 0, eastM = 0, downM = 0 } = it.position ?? {};
   text(part(row, "glyph"), it.present && key === "WAITING" ? "▸" : (GLYPHS[key] ?? "○"));
   text(part(row, "name"), it.name);
-  const height = it.flying ? `, ${number(-downM)} m high${it.drop ? ", drops its load" : ""}` : ", on the ground";
+  const height = it.flying ? `, ${number(-downM)} m high${it.drop ? ", drops its load" : ""}` : `, on the ground${it.landOnTarget ? ", on a target" : ""}`;
   text(part(row, "place"), `N ${number(northM)}, E ${number(eastM)}${height}`);
   text(part(row, "state"), it.present && key === "WAITING" ? "current" : objective(it.state));
   text(part(row, "reason"), it.reason ? sentence(it.reason) : it.replans ? `Replanned ${it.replans === 1 ? "once" : `${it.replans} times`}.` : "");

@@ -123,6 +123,8 @@ pub const HAZARDS: &[Hazard] = &[
         &[(TAKEOFF, STOPS), (ON_WAY, Told)], "ENG: 20 samples of 2 Hz"),
     hazard("land-detector-wrong", Fields(&[(Field::DetectorContradicts, YES)]), 10.0,
         &[(AIR, Told), (GROUND, STAYS_DOWN)], "ENG: ten statements of 1 Hz"),
+    hazard("landing-target-lost", Fields(&[(Field::TargetSeen, 0.0)]), 5.0,
+        &[(LANDING, STOPS)], "PX4 PLD_BTOUT 5 s"),
     hazard("land-detector-silent", Fields(&[(Field::DetectorSilence, 30.0)]), 1.0,
         &[(AIR, Told)], "ENG: 30 statements of 1 Hz"),
     hazard("autopilot-not-ready", Fields(&[(Field::NotReady, YES)]), 2.0,

@@ -88,6 +88,7 @@ pub const fn reach(field: Field) -> Reach {
         Field::IntendedMode => number(0.0, OFFBOARD, 0.0, MODES.len() as f64 - 1.0, Circumstance),
         // The fastest descent, after a free fall from 30 m.
         Field::TouchdownSpeed => number(0.0, 0.0, 0.0, 25.0, Hazard),
+        Field::TargetSeen => number(1.0, 1.0, 0.0, 1.0, Hazard),
         Field::SkillMissing
         | Field::RecordFails
         | Field::Failsafe
@@ -135,6 +136,7 @@ pub const fn may_be_missing(field: Field) -> bool {
             | Field::Pace
             | Field::NotReady
             | Field::SkillMissing
+            | Field::TargetSeen
             | Field::RecordFails
             | Field::LinkSilence
             | Field::TowerSilence

@@ -13,7 +13,9 @@ impl From<VehicleCommand> for v1::VehicleCommand {
             Command::Arm => C::Arm(v1::Arm {}),
             Command::Disarm => C::Disarm(v1::Disarm {}),
             Command::Takeoff { height_m } => C::Takeoff(v1::TakeoffCommand { altitude_m: height_m }),
-            Command::Land => C::Land(v1::LandCommand {}),
+            Command::Land | Command::LandOnTarget => {
+                C::Land(v1::LandCommand { on_target: command == Command::LandOnTarget })
+            }
             Command::Loiter => set_mode(v1::FlightMode::Loiter),
             Command::Offboard => set_mode(v1::FlightMode::Offboard),
             Command::Release => C::Release(v1::ReleaseCommand {}),
@@ -31,6 +33,7 @@ impl TryFrom<v1::VehicleCommand> for VehicleCommand {
             C::Arm(_) => Command::Arm,
             C::Disarm(_) => Command::Disarm,
             C::Takeoff(takeoff) => Command::Takeoff { height_m: finite("altitude_m", takeoff.altitude_m)? },
+            C::Land(it) if it.on_target => Command::LandOnTarget,
             C::Land(_) => Command::Land,
             C::Release(_) => Command::Release,
             C::SetMode(set_mode) => match set_mode.mode() {

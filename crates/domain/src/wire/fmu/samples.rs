@@ -35,6 +35,7 @@ pub(super) fn command() -> impl Strategy<Value = VehicleCommand> {
         Just(Command::Disarm),
         FAR.prop_map(|height_m| Command::Takeoff { height_m }),
         Just(Command::Land),
+        Just(Command::LandOnTarget),
         Just(Command::Loiter),
         Just(Command::Offboard),
         Just(Command::Release),
@@ -73,11 +74,12 @@ pub(super) fn status() -> impl Strategy<Value = Status> {
     let vibration_m_s2 = prop::option::of(0.0..100.0);
     let told = (any::<bool>(), "[a-z ]{0,8}", any::<Option<bool>>(), any::<u64>(), vibration_m_s2, any::<u64>());
     let reason = prop::option::of(prop::sample::select(vec![FailsafeReason::Setpoints, FailsafeReason::Other]));
-    (known, told, reason).prop_map(
+    (known, told, reason, any::<Option<bool>>()).prop_map(
         |(
             (armed, intended, actual, failsafe, failures, origin, gripper),
             (commanded_by_other, reason, can_arm, frame_epoch, vibration_m_s2, timestamp_us),
             failsafe_reason,
+            landing_target_seen,
         )| Status {
             armed,
             intended,
@@ -86,6 +88,7 @@ pub(super) fn status() -> impl Strategy<Value = Status> {
             failures,
             origin,
             gripper,
+            landing_target_seen,
             commanded_by_other,
             reason,
             can_arm,

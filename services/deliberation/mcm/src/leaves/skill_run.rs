@@ -22,7 +22,7 @@ impl SkillRun {
 
     /// With tasks that go on meanwhile.
     pub(super) fn start_with(world: &mut World, goal: Goal, along: Vec<Arc<TaskGoal>>) -> SkillRun {
-        let lands = goal == Goal::Land;
+        let lands = goal.lands();
         SkillRun { handle: world.start_skill(goal, along), lands }
     }
 

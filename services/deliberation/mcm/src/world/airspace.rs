@@ -112,7 +112,9 @@ impl World {
         let (to, speeds) = match &step.nominal.goal {
             // The height of the plan is where the climb ends, also of one that has begun.
             Goal::Takeoff { climb_m } if !vehicle.flying => (here.at_height(here.height_m() + *climb_m), speeds),
-            Goal::Takeoff { .. } | Goal::Land => (here.at_height(step.reaches.position.height_m()), speeds),
+            Goal::Takeoff { .. } | Goal::Land | Goal::LandOnTarget => {
+                (here.at_height(step.reaches.position.height_m()), speeds)
+            }
             Goal::Position { target, speed_limit_m_s, .. } => {
                 (*target, Speeds { cruise_m_s: self.slowed(*speed_limit_m_s), ..speeds })
             }
@@ -143,7 +145,12 @@ impl World {
         let height_m = match step.nominal.goal {
             Goal::Position { target, .. } => target.height_m(),
             Goal::Takeoff { climb_m } => here.height_m() + climb_m,
-            Goal::Land | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } | Goal::Task(_) => return None,
+            Goal::Land
+            | Goal::LandOnTarget
+            | Goal::Stop
+            | Goal::Velocity { .. }
+            | Goal::Release { .. }
+            | Goal::Task(_) => return None,
         };
         // It took off at 0, and one that is higher or lower already may go on at its height.
         let (mut least_m, mut most_m) =

@@ -2,7 +2,6 @@
 
 use domain::flight_state::status_limit;
 use domain::geometry::Ned;
-use domain::skill::Goal;
 use domain::time::Time;
 use domain::trust::{Known, To};
 
@@ -79,7 +78,7 @@ impl World {
     /// Notices where the landing of a step begins. A restored one counts until a plan of this manager is flown.
     fn watch_landing_by_plan(&mut self, here: Ned) {
         let step = self.planner.flight.step();
-        let lands = self.response_row().is_none() && step.is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
+        let lands = self.response_row().is_none() && step.is_some_and(|(step, ..)| step.nominal.goal.lands());
         let known = self.landings.by_plan.filter(|it| if it.is_live() { lands } else { step.is_none() });
         let begins = Known::live(here.at_height(0.0), self.now.time);
         self.landings.by_plan = known.or(lands.then_some(begins));

@@ -55,7 +55,7 @@ impl World {
 
     /// What forbids the rest of the way to `goal`, and where to hold before it.
     fn barrier(&self, here: Ned, goal: &Goal, present: Option<&Barrier>) -> Option<(Barrier, Ned)> {
-        if *goal == Goal::Land && self.landing_forbidden_by(here).is_some() {
+        if goal.lands() && self.landing_forbidden_by(here).is_some() {
             return Some((Barrier::Landing, here));
         }
         self.narrowing().no_new_area?;
@@ -69,7 +69,7 @@ impl World {
             Goal::Position { target, speed_limit_m_s, .. } => {
                 (target, Speeds { cruise_m_s: speed_limit_m_s, ..self.setup.limits.flight.speeds })
             }
-            Goal::Land => {
+            Goal::Land | Goal::LandOnTarget => {
                 let (step, ..) = self.planner.flight.step()?;
                 (here.at_height(step.reaches.position.height_m()), self.setup.limits.flight.speeds)
             }
@@ -81,7 +81,7 @@ impl World {
         let grants = self.permits().to_enter();
         let breach = self.airspace(&grants, self.setup.limits.leave_lead).first_breach(here, to, motion)?;
         let at = match goal {
-            Goal::Land => here,
+            Goal::Land | Goal::LandOnTarget => here,
             _ => self.before(here, to, &breach).unwrap_or(here),
         };
         Some((Barrier::Area(breach.area), at))

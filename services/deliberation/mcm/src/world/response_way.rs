@@ -29,7 +29,7 @@ impl World {
         let way = self.answer.response_way.as_ref().filter(|(of_row, _)| *of_row == row).map(|(_, way)| way);
         let (mut points, destination, lands) = match (way, self.skills.present()) {
             (Some(way), _) => (way.points.clone(), way.destination.clone(), way.lands),
-            (None, Some((Goal::Land, _))) => (Vec::new(), "the ground below".to_owned(), true),
+            (None, Some((Goal::Land | Goal::LandOnTarget, _))) => (Vec::new(), "the ground below".to_owned(), true),
             (None, _) => return None,
         };
         let flight_s = speeds.time_along_s(here, &points);

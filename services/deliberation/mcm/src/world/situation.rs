@@ -61,7 +61,7 @@ impl World {
             return Phase::OnGround;
         }
         match self.skills.present().map(|(goal, _)| goal) {
-            Some(Goal::Land) => Phase::Landing,
+            Some(Goal::Land | Goal::LandOnTarget) => Phase::Landing,
             Some(Goal::Takeoff { .. }) => Phase::Takeoff,
             _ if self.watch.airspace.inside => Phase::InsideArea,
             Some(Goal::Position { .. } | Goal::Velocity { .. }) if !self.answer.in_transition => Phase::Cruise,
@@ -70,8 +70,8 @@ impl World {
     }
 
     pub(crate) fn situation(&self) -> Situation {
-        let skill_lands = || self.skills.present().is_some_and(|(goal, _)| *goal == Goal::Land);
-        let step_lands = || self.planner.flight.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
+        let skill_lands = || self.skills.present().is_some_and(|(goal, _)| goal.lands());
+        let step_lands = || self.planner.flight.step().is_some_and(|(step, ..)| step.nominal.goal.lands());
         let (seen, near_ground, lands) = match self.seen.vehicle {
             None if self.looks_first_until().is_some() => (Seen::NotYet, false, false),
             None => (Seen::Never, false, false),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use domain::contingency::{LEFT_TO_OTHERS, Severity};
+use domain::contingency::{LANDING_TARGET_LOST, LEFT_TO_OTHERS, Severity};
 use domain::decision::DecisionKind;
 use domain::fmu::Gripper;
 use domain::geometry::Ned;
@@ -75,8 +75,8 @@ impl World {
     }
 
     /// The present step is given up because another behavior comes first. An order, or a response that only holds the vehicle or
-    /// gets it out of somebody's way, says nothing about the step, and in the air holding ends with the battery at the latest. A takeoff that a flag stops is
-    /// one of the few that are tried: nothing else ends its repetition.
+    /// gets it out of somebody's way, says nothing about the step, and in the air holding ends with the battery at the latest. A takeoff that a flag stops,
+    /// and a landing whose target is lost, are of the few that are tried: nothing else ends their repetition.
     pub(crate) fn step_interrupted(&mut self) {
         let takes_off =
             self.planner.flight.step().is_some_and(|(step, ..)| matches!(step.nominal.goal, Goal::Takeoff { .. }));
@@ -85,7 +85,8 @@ impl World {
                 let (flag, row) = (self.flags.name(row), &self.setup.table.rows()[row]);
                 let is_of_others = LEFT_TO_OTHERS.contains(&row.flag.as_str());
                 let goes_on = row.only_holds() || row.severity() == Severity::Avoid;
-                let only_holds = is_of_others || (goes_on && !takes_off);
+                let is_tried = takes_off || row.flag == LANDING_TARGET_LOST;
+                let only_holds = is_of_others || (goes_on && !is_tried);
                 (["interrupted by `", flag, "`"].concat(), !is_order(flag) && !only_holds)
             }
             None => ("interrupted".to_owned(), true),

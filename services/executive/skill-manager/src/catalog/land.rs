@@ -15,14 +15,15 @@ use crate::vehicle::View;
 #[derive(Debug)]
 pub(crate) struct Land {
     descent: Descent,
+    on_target: bool,
     /// It stands on the ground with its motors on: there is nothing to come down from.
     disarms: bool,
 }
 
 impl Land {
-    /// A landing.
-    pub(crate) fn new(config: &Config, pace: Pace) -> Land {
-        Land { descent: Descent::new(config, pace), disarms: false }
+    /// A landing; `on_target`: which the autopilot's sensor sees.
+    pub(crate) fn new(config: &Config, pace: Pace, on_target: bool) -> Land {
+        Land { descent: Descent::new(config, pace), on_target, disarms: false }
     }
 }
 
@@ -45,7 +46,12 @@ impl Skill for Land {
     }
 
     fn command(&self, accepted: usize) -> Option<Command> {
-        (accepted == 0).then_some(if self.disarms { Command::Disarm } else { Command::Land })
+        let command = match (self.disarms, self.on_target) {
+            (true, _) => Command::Disarm,
+            (false, true) => Command::LandOnTarget,
+            (false, false) => Command::Land,
+        };
+        (accepted == 0).then_some(command)
     }
 
     fn mode(&self) -> FlightMode {

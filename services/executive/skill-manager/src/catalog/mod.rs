@@ -132,7 +132,8 @@ pub(crate) enum Ready {
 /// The skill that flies `goal`, which was requested by this name.
 pub(crate) fn skill_for(goal: Goal, request_id: &str, config: &Config, pace: Pace) -> Box<dyn Skill> {
     match goal {
-        Goal::Land => Box::new(land::Land::new(config, pace)),
+        Goal::Land => Box::new(land::Land::new(config, pace, false)),
+        Goal::LandOnTarget => Box::new(land::Land::new(config, pace, true)),
         Goal::Takeoff { climb_m } => Box::new(takeoff::Takeoff::new(climb_m, config, pace)),
         Goal::Stop => Box::new(stop::Stop::new(config, pace)),
         Goal::Position { target, speed_limit_m_s, yaw_rad, hold_at_target } => {

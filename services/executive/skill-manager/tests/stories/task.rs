@@ -204,7 +204,7 @@ fn a_task_along_a_flight_that_fails_or_is_interrupted_keeps_nobody_waiting() {
     runs(&mut rig, 1);
     rig.start(Goal::Land);
     rig.run(0.2);
-    assert_eq!(rig.autopilot.commands.last(), Some(&Command::Land(v1::LandCommand {})));
+    assert_eq!(rig.autopilot.commands.last(), Some(&Command::Land(v1::LandCommand::default())));
     assert_eq!(orders(&rig), [false, true]);
 }
 

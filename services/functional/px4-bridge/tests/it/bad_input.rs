@@ -66,7 +66,7 @@ fn last_status(messages: &[Message]) -> v1::VehicleStatus {
 fn without_a_px4_nothing_is_commanded_and_nothing_is_said() {
     let mut rig = Rig::new();
     assert_eq!(refusal(&mut rig, ARM), "no PX4 is heard at tcp/127.0.0.1:7447");
-    let land = Command::Land(v1::LandCommand {});
+    let land = Command::Land(v1::LandCommand::default());
     assert_eq!(refusal(&mut rig, land), "no PX4 is heard at tcp/127.0.0.1:7447");
     // One that was there, and is silent now.
     ready(&mut rig);

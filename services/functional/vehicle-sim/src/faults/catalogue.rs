@@ -113,6 +113,12 @@ const CATALOGUE: &[CatalogueEntry] = &[
         parse: |it| Ok(Fault::LinkLoss(it.number("SECONDS", 0.0..=1e6)?)),
     },
     CatalogueEntry {
+        name: "hide_target",
+        arguments: "HEIGHT",
+        effect: "a landing on a target does not see it at HEIGHT metres above the ground and below; 0 shows it",
+        parse: |it| Ok(Fault::HideTarget(it.number("HEIGHT", 0.0..=1000.0)?)),
+    },
+    CatalogueEntry {
         name: "blocked_landing",
         arguments: "[on|off]",
         effect: "a landing stops above the ground and does not end",

@@ -53,6 +53,8 @@ pub(crate) enum Fault {
     LinkLoss(f64),
     /// A landing stops above the ground.
     BlockedLanding(bool),
+    /// At this height above the ground and below, the target of a landing is not seen.
+    HideTarget(f64),
     /// The gripper takes commands and does not open.
     GripperStuck(bool),
     /// The land detector is stuck at the ground (true) or in the air (false), or works.
@@ -226,6 +228,7 @@ mod tests {
         check("land_detector flying", Ok(Fault::LandDetector(Some(false))));
         check("land_detector works", Ok(Fault::LandDetector(None)));
         check("blocked_landing", Ok(Fault::BlockedLanding(true)));
+        check("hide_target 2", Ok(Fault::HideTarget(2.0)));
         check("gripper_stuck", Ok(Fault::GripperStuck(true)));
         check("gripper_stuck off", Ok(Fault::GripperStuck(false)));
         check(

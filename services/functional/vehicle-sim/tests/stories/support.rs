@@ -343,7 +343,7 @@ pub(crate) fn takeoff(altitude_m: f64) -> Command {
 }
 
 pub(crate) fn land() -> Command {
-    Command::Land(v1::LandCommand {})
+    Command::Land(v1::LandCommand::default())
 }
 
 pub(crate) fn release() -> Command {
