@@ -49,13 +49,13 @@ pub enum Param {
 }
 
 /// The seven numbers of `params` for a task that has a number for each input.
-pub fn numbers(params: &[Param], task: &Task) -> [f32; 7] {
+pub fn numbers(params: &[Param], task: &Task) -> [f64; 7] {
     let inputs: BTreeMap<&str, f64> = task.inputs.iter().map(|(name, value)| (name.as_str(), *value)).collect();
     let mut numbers = [0.0; 7];
     for (number, param) in numbers.iter_mut().zip(params) {
         *number = match param {
-            Param::Number(it) => *it as f32,
-            Param::Input(name) => inputs.get(name.as_str()).map_or(0.0, |it| *it as f32),
+            Param::Number(it) => *it,
+            Param::Input(name) => inputs.get(name.as_str()).copied().unwrap_or(0.0),
         };
     }
     numbers

@@ -29,6 +29,8 @@ pub(crate) struct Px4 {
     home: [f64; 3],
     was_armed: bool,
     was_landed: bool,
+    /// When its gripper counts as open, since it was told to open.
+    gripper_opens: Option<Time>,
 }
 
 impl Px4 {
@@ -41,6 +43,7 @@ impl Px4 {
             home: [0.0; 3],
             was_armed: false,
             was_landed: true,
+            gripper_opens: None,
         }
     }
 }
@@ -61,6 +64,9 @@ pub(crate) fn take_in(fake: &mut FakeAutopilot, received: &Received, from: (u8, 
             let result = set_mode(fake, mode(params[1] as u32, params[2] as u32), now);
             fake.acknowledge(176, result, from, now.time + Duration::from_millis(8));
         }
+        Received::Command { command: 211, .. } => open_gripper(fake, from, now),
+        // No module of its answers.
+        Received::Command { command: 42600, .. } => {}
         Received::Command { command, params, .. } => {
             let result = obey(fake, *command, params, now);
             fake.acknowledge(*command, result, from, now.time);
@@ -100,14 +106,22 @@ fn obey(fake: &mut FakeAutopilot, command: u16, params: &[f32; 7], now: Now) -> 
             0
         }
         21 => set_mode(fake, LAND, now),
-        211 => {
-            if fake.command(Command::Release(v1::ReleaseCommand {}), now) {
-                0
-            } else {
-                4
-            }
-        }
         _ => 3,
+    }
+}
+
+/// The gripper has no sensor: it counts as open after `PD_GRIPPER_TO`.
+fn open_gripper(fake: &mut FakeAutopilot, from: (u8, u8), now: Now) {
+    const MOVES: Duration = Duration::from_secs(1);
+    match own(fake).gripper_opens {
+        Some(at) => fake.acknowledge(211, u8::from(now.time < at), from, now.time),
+        None => {
+            let opens = now.time + MOVES;
+            own(fake).gripper_opens = Some(opens);
+            fake.command(Command::Release(v1::ReleaseCommand {}), now);
+            fake.acknowledge(211, 5, from, now.time);
+            fake.acknowledge(211, 0, from, opens);
+        }
     }
 }
 

@@ -24,9 +24,11 @@ use px4_bridge::port::{Arrival, Port};
 use vehicle_sim::VehicleSim;
 
 mod commander;
+mod gripper;
 mod report;
 
 use commander::Commander;
+use gripper::Gripper;
 
 /// Its health checks run ten times a second.
 const CHECK: Duration = Duration::from_millis(100);
@@ -56,6 +58,8 @@ pub enum Trouble {
     Mute(&'static str),
     /// All topics are sent again.
     Unmute,
+    /// Its gripper is not enabled (`PD_GRIPPER_TYPE` -1).
+    HasNoGripper,
     /// Without setpoints it flies this (`COM_OBL_RC_ACT`): by default it returns.
     WithoutSetpoints(NavState),
 }
@@ -81,6 +85,7 @@ pub struct FakePx4 {
     /// Every command that came: its number and its first two parameters.
     commands: Vec<(Time, u64, f64, f64)>,
     setpoints: u64,
+    gripper: Gripper,
 }
 
 /// The newest of the body's telemetry.
@@ -110,6 +115,7 @@ impl FakePx4 {
             last_status: BTreeMap::new(),
             commands: Vec::new(),
             setpoints: 0,
+            gripper: Gripper::Grabbed,
         };
         px4.declare(true);
         px4
@@ -127,6 +133,7 @@ impl FakePx4 {
         }
         if self.next_check <= now {
             self.next_check = now + CHECK;
+            self.move_gripper();
             self.armed_for += if self.is_armed() { CHECK } else { Duration::ZERO };
             self.review();
         }
@@ -174,13 +181,13 @@ impl FakePx4 {
                 self.commands.push((now, command, p1, p2));
                 let (p3, p7) = (number("param3"), number("param7"));
                 let from = (number("source_system"), number("source_component"));
-                let result = self.command(command, [p1, p2, p3, p7]);
-                self.send("vehicle_command_ack", |ack| {
-                    ack.set_number("command", command as f64)?;
-                    ack.set_number("result", f64::from(result))?;
-                    ack.set_number("target_system", from.0)?;
-                    ack.set_number("target_component", from.1)
-                });
+                match command {
+                    gripper::COMMAND => self.command_gripper(p2, from),
+                    _ => {
+                        let result = self.command(command, [p1, p2, p3, p7]);
+                        self.acknowledge(command, result, from);
+                    }
+                }
                 self.review();
             }
             "offboard_control_mode" => self.commander.alive_at = Some(now),
@@ -215,6 +222,7 @@ impl FakePx4 {
             Trouble::Fence(radius_m) => self.commander.fence_m = radius_m,
             Trouble::Mute(topic) => self.muted.push(topic),
             Trouble::Unmute => self.muted.clear(),
+            Trouble::HasNoGripper => self.gripper = Gripper::Missing,
             Trouble::WithoutSetpoints(mode) => self.commander.without_setpoints = mode,
             Trouble::Restarts => {
                 self.declare(false);
@@ -248,6 +256,15 @@ impl FakePx4 {
     /// Whether its motors may turn.
     pub fn is_armed(&self) -> bool {
         self.newest.status.armed
+    }
+
+    fn acknowledge(&mut self, command: u64, result: u8, from: (f64, f64)) {
+        self.send("vehicle_command_ack", |ack| {
+            ack.set_number("command", command as f64)?;
+            ack.set_number("result", f64::from(result))?;
+            ack.set_number("target_system", from.0)?;
+            ack.set_number("target_component", from.1)
+        });
     }
 
     fn declare(&mut self, alive: bool) {

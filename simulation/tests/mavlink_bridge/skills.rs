@@ -126,7 +126,9 @@ fn a_winch_that_is_interrupted_stops_or_it_is_said_that_it_goes_on() {
     }
     let goes_on = "the command that ends it is refused by the autopilot: failed: it may go on";
     check(Kind::ArduPilot, Faults::default(), LOCKS, ("error", goes_on));
-    check(Kind::Px4, Faults::default(), STOPS, ("refused", "the command is refused by the autopilot: unsupported"));
+    // PX4 does not answer this command.
+    let unanswered = "the command that ends it is not acknowledged by the autopilot: it may go on";
+    check(Kind::Px4, Faults::default(), STOPS, ("error", unanswered));
 }
 
 #[test]

@@ -135,6 +135,10 @@ impl Personality for ArduPilot {
             .then(|| CommandLong::new(command::TAKEOFF, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, above_home_m as f32]))
     }
 
+    fn target_mode(&self) -> Option<u32> {
+        None
+    }
+
     fn mode_params(&self, custom_mode: u32) -> [f32; 2] {
         [custom_mode as f32, 0.0]
     }
@@ -145,6 +149,10 @@ impl Personality for ArduPilot {
 
     fn failsafe_texts(&self) -> &'static [&'static str] {
         &["ailsafe", "EKF variance", "ence", "Crash", "Terrain", "Vibration", "Dead Reckon"]
+    }
+
+    fn acknowledges_gripper(&self) -> bool {
+        false
     }
 
     /// No message has it. A gripper on a servo says so once its servo has had the time to move, and each time that it is commanded again.

@@ -53,6 +53,12 @@ const PX4: &[Expectation] = &[
     ),
     row("COM_DISARM_PRFLT", |it| 5.0 <= it || it < 0.0, Some(10.0), "5 s or more: a takeoff follows the arming"),
     row("MPC_XY_VEL_MAX", |it| 10.0 <= it, None, "10 m/s or more: the planner counts on it (`cruise_m_s`)"),
+    row(
+        "PLD_BTOUT",
+        |it| 4.0 <= it,
+        Some(5.0),
+        "4 s or more: `landing_target_lost` answers 3 s after a target is lost; PX4 then searches by itself",
+    ),
 ];
 
 const ARDUPILOT: &[Expectation] = &[

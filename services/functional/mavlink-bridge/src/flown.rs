@@ -2,7 +2,10 @@
 
 use std::time::Duration;
 
-use domain::fmu::{Author, Command, CommandId, CommandResult, FlightMode, ModeObserver, Seen, Setpoint};
+use autopilot::command::NumberedCommand;
+use autopilot::gripper::SilentGripper;
+use autopilot::target;
+use domain::fmu::{Author, Command, CommandId, CommandResult, FlightMode, Gripper, ModeObserver, Seen, Setpoint};
 use domain::geodesy::AutopilotFrame;
 use domain::geometry::Ned;
 use domain::time::{Now, Time};
@@ -44,6 +47,7 @@ pub(crate) struct Flown {
     pub(crate) setpoints: Setpoints,
     grooming: Grooming,
     pub(crate) landing_target: LandingTarget,
+    gripper: SilentGripper,
     /// It is not known yet whether setpoints were passed on before this process was started.
     pub(crate) adopts: bool,
     /// When all limits were looked at last.
@@ -88,6 +92,7 @@ impl Flown {
             setpoints: Setpoints::default(),
             grooming: Grooming::new(),
             landing_target: LandingTarget::default(),
+            gripper: SilentGripper::default(),
             adopts: true,
             looked_at: now,
             reporter: Reporter::default(),
@@ -170,6 +175,9 @@ impl Flown {
     fn acknowledged(&mut self, ack: Ack, now: Time) {
         if ack.is_ours(self.system) {
             self.streams.acknowledged(ack);
+            if self.gripper.acknowledged(ack.command, ack.result) {
+                self.reporter.has_news = true;
+            }
             if let Some(procedure) = &mut self.procedure {
                 procedure.acknowledged(ack, now);
             }
@@ -185,6 +193,30 @@ impl Flown {
         matches!(heard, Heard::Heartbeat(it) if it.system_status == BOOT) && before.is_some_and(|it| STANDBY <= it)
     }
 
+    /// What its gripper does, if that is known, or will be once it is commanded.
+    pub(crate) fn gripper(&self) -> Option<Gripper> {
+        self.vehicle.gripper.or(self.personality.acknowledges_gripper().then(|| self.gripper.state()))
+    }
+
+    /// Whether it sees the target of the present landing, if it `lands`; `None` if that is not on a target, or it does not tell.
+    pub(crate) fn landing_target_seen(&self, lands: bool, now: Time) -> Option<bool> {
+        match self.personality.target_mode() {
+            Some(mode) => {
+                let lands = self.vehicle.is_armed() && self.vehicle.custom_mode() == Some(mode);
+                (lands && !self.vehicle.is_on_ground()).then(|| target::is_seen(self.vehicle.target_heard, now))
+            }
+            None => self.landing_target.is_seen(now).filter(|_| lands),
+        }
+    }
+
+    /// This is sent to it.
+    pub(crate) fn told(&mut self, said: &Said) {
+        if let Said::Command { command: CommandLong { command, params }, confirmation } = *said {
+            let params = params.map(f64::from);
+            self.gripper.sent(&NumberedCommand { number: command, params, repeats: confirmation });
+        }
+    }
+
     /// The autopilot was started again: nothing earlier holds.
     fn restart(&mut self, now: Time) {
         tracing::warn!("the autopilot was started again");
@@ -195,6 +227,7 @@ impl Flown {
         self.setpoints.end();
         self.grooming = Grooming::new();
         self.landing_target = LandingTarget::default();
+        self.gripper = SilentGripper::default();
         self.set_submode(Submode::Holding, now);
     }
 

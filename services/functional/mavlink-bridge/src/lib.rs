@@ -43,7 +43,6 @@ pub mod signing;
 pub mod socket;
 mod status;
 mod streams;
-mod tasks;
 mod telemetry;
 mod vector;
 mod vehicle;

@@ -1,5 +1,7 @@
 //! What the bridge says to the autopilot: payloads, and the numbers of commands and modes.
 
+use autopilot::command::NumberedCommand;
+
 use crate::frame::Frame;
 
 /// Our own component: an onboard computer (MAV_COMP_ID_ONBOARD_COMPUTER). Never 1, which is the autopilot itself: ArduPilot drops that
@@ -11,7 +13,6 @@ pub(crate) mod command {
     pub(crate) const TAKEOFF: u16 = 22;
     pub(crate) const SET_MODE: u16 = 176;
     pub(crate) const GRIPPER: u16 = 211;
-    pub(crate) const PICTURES_BY_DISTANCE: u16 = 206;
     pub(crate) const ARM: u16 = 400;
     pub(crate) const SET_INTERVAL: u16 = 511;
     pub(crate) const REQUEST_MESSAGE: u16 = 512;
@@ -60,6 +61,13 @@ pub(crate) enum Said {
         /// MAV_PARAM_TYPE.
         kind: u8,
     },
+}
+
+impl From<NumberedCommand> for Said {
+    fn from(NumberedCommand { number, params, repeats }: NumberedCommand) -> Said {
+        let command = CommandLong { command: number, params: params.map(|it| it as f32) };
+        Said::Command { command, confirmation: repeats }
+    }
 }
 
 /// A setpoint in the local frame; what is `None` is ignored by the autopilot.

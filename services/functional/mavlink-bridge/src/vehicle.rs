@@ -47,6 +47,8 @@ pub(crate) struct Vehicle {
     pub(crate) critical_since: Option<Time>,
     /// What the gripper does, once it has said so.
     pub(crate) gripper: Option<Gripper>,
+    /// When it told where the target of a landing is.
+    pub(crate) target_heard: Option<Time>,
     /// The texts of the last seconds.
     pub(crate) texts: Texts,
 }
@@ -71,6 +73,7 @@ impl Vehicle {
                     self.lifted_off = Some(now);
                 }
             }
+            Heard::LandingTarget => self.target_heard = Some(now),
             Heard::Health(it) => self.health = Some((now, *it)),
             Heard::Battery(it) => self.battery = Some((now, *it)),
             Heard::LocalPosition(it) => self.local = Some((now, *it)),
