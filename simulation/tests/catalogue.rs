@@ -17,7 +17,7 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 const PAGE: &str = "docs/contingencies.md";
 
 /// For each row a file and a test in it: the fault or the order, the flag, the response and the outcome.
-const STORIES: [(&str, &str, &str); 68] = [
+const STORIES: [(&str, &str, &str); 69] = [
     ("somebody_else_flies", "simulation/tests/others.rs", "a_pilot_who_takes_over_in_any_phase_is_not_fought"),
     ("crashed", "simulation/tests/responses.rs", "a_crash_is_raised_once"),
     (
@@ -153,6 +153,11 @@ const STORIES: [(&str, &str, &str); 68] = [
         "a_record_that_cannot_be_written_raises_a_flag_and_decides_nothing",
     ),
     ("skill_missing", "simulation/tests/tasks.rs", "nothing_takes_off_for_a_skill_that_nobody_offers"),
+    (
+        "landing_target_lost",
+        "simulation/tests/target.rs",
+        "a_target_that_is_lost_at_5_m_is_looked_for_from_above_and_landed_on",
+    ),
     (
         "ended_in_air",
         "simulation/tests/responses.rs",

@@ -43,6 +43,7 @@ mod restart;
 mod rules;
 mod support;
 mod survey;
+mod target;
 mod tasks;
 mod touchdown;
 mod trouble;

@@ -125,7 +125,7 @@ fn test(args: &TestArgs) -> Outcome {
         return Outcome::BadInput;
     };
     let task = skill.example(&args.inputs);
-    if let Some((message, help)) = skills.misfit(&task, skill.stance) {
+    if let Some((message, help)) = skills.misfit(&task, skill.stance, skill.usable_at_m().unwrap_or_default()) {
         output::error_line(format_args!("{message}\n  help: {help}"));
         return Outcome::BadInput;
     }

@@ -11,26 +11,29 @@ use std::path::Path;
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::contingency::expression::{Expression, Verdict};
+use crate::contingency::expression::estimate::Estimate;
+use crate::contingency::expression::{Expression, Problem, Verdict};
 use crate::contingency::hazard::reach::well;
 use crate::contingency::snapshot::{Field, Snapshot};
 use crate::file::{Mistake, Mistakes, Source, did_you_mean};
 use crate::geometry::Ned;
 use crate::mission::Objective;
 use crate::payload_command::{PAYLOAD_COMMANDS, Param, PayloadCommand};
-use crate::quantity::{Number, Positive};
+use crate::quantity::Number;
 use crate::task::{Stance, Task, TaskGoal};
 
 /// Most seconds that another skill waits for an interrupted one: an emergency cannot wait longer. (ENG)
 const LONGEST_INTERRUPT_S: f64 = 10.0;
 /// Conditions are tried at these heights, in metres.
 const HEIGHTS_M: [f64; 8] = [10.0, 5.0, 3.0, 15.0, 20.0, 30.0, 50.0, 80.0];
+/// The least and the greatest of all inputs are tried together.
+const MOST_INPUTS: usize = 8;
 /// Parameters of a command of MAVLink.
 const MOST_PARAMS: usize = 7;
 /// Most tasks at one place.
 pub const MOST_TASKS: usize = 50;
 const LONGEST_NAME: usize = 40;
-/// A task along a leg has failed if it runs for longer, in seconds: no flight takes a day.
+/// A task along a leg has failed if it runs for longer, in seconds: no flight takes a day. Also the greatest estimate.
 const LONGEST_LEG_S: f64 = 86_400.0;
 
 /// All declared skills, in the order of their names.
@@ -55,9 +58,9 @@ pub struct DeclaredSkill {
     /// What the vehicle does meanwhile.
     pub stance: Stance,
     inputs: Vec<Input>,
-    seconds: f64,
-    power_w: f64,
-    limit_s: f64,
+    seconds: Estimate,
+    power_w: Estimate,
+    limit_s: Estimate,
     interrupt_s: f64,
     /// How often it is tried at one place before the objective is given up.
     pub tries: u32,
@@ -74,8 +77,6 @@ struct Input {
     most: f64,
     /// Its value where a mission leaves it out.
     usual: Option<f64>,
-    /// Seconds for each of its units.
-    seconds_per_unit: f64,
 }
 
 #[derive(Deserialize)]
@@ -88,11 +89,9 @@ struct File {
     postcondition: Option<Spanned<String>>,
     #[serde(default)]
     vehicle: Stance,
-    /// Besides what the inputs take.
-    seconds: Option<Spanned<Number<0, 86_400>>>,
-    #[serde(default)]
-    power_w: Option<Number<0, 86_400>>,
-    limit_s: Option<Spanned<Positive>>,
+    seconds: Option<Spanned<EstimateEntry>>,
+    power_w: Option<Spanned<EstimateEntry>>,
+    limit_s: Option<Spanned<EstimateEntry>>,
     interrupt_s: Option<Spanned<Number<0, 86_400>>>,
     tries: Option<Spanned<Number<1, 20>>>,
     #[serde(default)]
@@ -122,7 +121,13 @@ struct InputEntry {
     least: Spanned<f64>,
     most: Spanned<f64>,
     usual: Option<Spanned<f64>>,
-    seconds_per_unit: Option<Spanned<Number<0, 86_400>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected a number, or a text that calculates one from inputs")]
+enum EstimateEntry {
+    Number(f64),
+    Text(String),
 }
 
 /// What an outcome means for the objective.
@@ -207,21 +212,22 @@ impl DeclaredSkills {
     pub fn misfit_in<'a>(&self, objectives: impl IntoIterator<Item = &'a Objective>) -> Option<String> {
         objectives.into_iter().find_map(|objective| {
             let terms = &objective.terms;
+            let height_m = objective.position.height_m();
             let tasks = terms.tasks.iter().map(|it| (it, Stance::at_place(objective.flying)));
             let tasks = tasks.chain(terms.along.iter().map(|it| (it, Stance::Flies)));
-            let (message, help) = tasks.into_iter().find_map(|(it, stance)| self.misfit(it, stance))?;
+            let (message, help) = tasks.into_iter().find_map(|(it, stance)| self.misfit(it, stance, height_m))?;
             let help = if help.is_empty() { help } else { format!(": {help}") };
             Some(format!("objective `{}`: {message}{help}", objective.name))
         })
     }
 
-    /// Why a task cannot be done by any of these while the vehicle does that, and how to mend that; `None` if it can.
-    pub fn misfit(&self, task: &Task, stance: Stance) -> Option<(String, String)> {
+    /// Why a task cannot be done by any of these while the vehicle does that at this height, and how to mend that; `None` if it can.
+    pub fn misfit(&self, task: &Task, stance: Stance, height_m: f64) -> Option<(String, String)> {
         let Some(skill) = self.get(&task.skill) else {
             let names: Vec<&str> = self.0.iter().map(|it| it.name.as_str()).collect();
             return Some((format!("there is no declared skill `{}`", task.skill), did_you_mean(&task.skill, &names)));
         };
-        skill.misfit(task, stance)
+        skill.misfit(task, stance, height_m)
     }
 }
 
@@ -238,10 +244,12 @@ impl DeclaredSkill {
             check.say(None, format!("the file name `{name}` cannot name a skill"), NAMES);
         }
         let inputs: Vec<Input> = file.input.iter().map(|(name, it)| check.input(name, it)).collect();
+        if let Some((name, _)) = file.input.iter().nth(MOST_INPUTS) {
+            check.say(Some(name.span()), format!("found {} inputs, expected at most {MOST_INPUTS}", inputs.len()), "");
+        }
         let payload_command = file.mavlink.as_ref().map(|it| check.payload_command(it, &inputs));
         let stance = file.vehicle;
         check.times(&file);
-        let limit_s = file.limit_s.as_ref().map_or(LONGEST_LEG_S, |it| it.as_ref().get());
         let interrupt_s = check.interrupt(file.interrupt_s.as_ref());
         let outcomes = |wanted: Meaning| {
             let those = file.outcome.as_ref().iter().filter(move |(_, meaning)| **meaning == wanted);
@@ -264,19 +272,21 @@ impl DeclaredSkill {
             invariant: check.condition(file.invariant.as_ref()),
             postcondition: check.condition(file.postcondition.as_ref()),
             stance,
+            seconds: check.estimate("seconds", file.seconds.as_ref(), 0.0, &inputs),
+            power_w: check.estimate("power_w", file.power_w.as_ref(), 0.0, &inputs),
+            limit_s: check.estimate("limit_s", file.limit_s.as_ref(), LONGEST_LEG_S, &inputs),
             inputs,
-            seconds: file.seconds.as_ref().map_or(0.0, |it| it.as_ref().get()),
-            power_w: file.power_w.map_or(0.0, Number::get),
-            limit_s,
             interrupt_s,
             tries: file.tries.as_ref().map_or(1, |it| it.as_ref().get() as u32),
             succeeds_as,
             fails_as: outcomes(Meaning::Failure),
             payload_command,
         };
-        let longest_s = skill.estimate_s(|it| it.most);
-        if let Some(limit) = file.limit_s.as_ref().filter(|_| limit_s < longest_s) {
-            let message = format!("`limit_s` is {limit_s}, and the skill takes up to {longest_s} s");
+        let too_long = corners(&skill.inputs).into_iter().find_map(|it| {
+            let (seconds, limit_s) = (skill.seconds.value(&value_in(&it)), skill.limit_s.value(&value_in(&it)));
+            (limit_s < seconds).then(|| format!("`limit_s` is {limit_s}{}, and the skill takes {seconds} s", with(&it)))
+        });
+        if let Some((limit, message)) = file.limit_s.as_ref().zip(too_long) {
             check.say(Some(limit.span()), message, "raise it: a skill that is as slow as declared has not failed");
         }
         match (skill.usable_at_m(), &skill.postcondition) {
@@ -304,7 +314,7 @@ impl DeclaredSkill {
     }
 
     /// Why it cannot do this task while the vehicle does that, and how to mend that; `None` if it can.
-    fn misfit(&self, task: &Task, stance: Stance) -> Option<(String, String)> {
+    fn misfit(&self, task: &Task, stance: Stance, height_m: f64) -> Option<(String, String)> {
         if stance != self.stance {
             let help = match self.stance {
                 Stance::Hovers => "name it in `do` of an objective with `flying = true`",
@@ -319,7 +329,7 @@ impl DeclaredSkill {
         if let Some((name, _)) = task.inputs.iter().find(|(name, _)| !names.contains(&name.as_str())) {
             return Some((format!("skill `{skill}` has no input `{name}`"), did_you_mean(name, &names)));
         }
-        self.inputs.iter().find_map(|input| {
+        let bad_input = self.inputs.iter().find_map(|input| {
             let Input { name, least, most, .. } = input;
             match input.of(task) {
                 None => {
@@ -330,7 +340,39 @@ impl DeclaredSkill {
                 }
                 Some(_) => None,
             }
+        });
+        bad_input.or_else(|| self.bad_estimate(task)).or_else(|| self.bad_height(stance, height_m))
+    }
+
+    /// Its inputs by their names; the greatest of one that the task does not say.
+    fn values(&self, task: &Task) -> Vec<(String, f64)> {
+        self.inputs.iter().map(|it| (it.name.clone(), it.of(task).unwrap_or(it.most))).collect()
+    }
+
+    /// The extremes were tried when it was read; between them it may be anything.
+    fn bad_estimate(&self, task: &Task) -> Option<(String, String)> {
+        let values = self.values(task);
+        let of = |it: &Estimate| it.value(&value_in(&values));
+        let fits = |it: &f64| (0.0..=LONGEST_LEG_S).contains(it);
+        let (seconds, limit_s) = (of(&self.seconds), of(&self.limit_s));
+        let is_good = [seconds, limit_s, of(&self.power_w)].iter().all(fits) && seconds <= limit_s;
+        (!is_good).then(|| {
+            let message = format!(
+                "skill `{}` comes to {seconds} s, at most {limit_s} s, and {} W{}",
+                self.name,
+                of(&self.power_w),
+                with(&values)
+            );
+            (message, "its declaration calculates that".to_owned())
         })
+    }
+
+    fn bad_height(&self, stance: Stance, height_m: f64) -> Option<(String, String)> {
+        let usual = usual(stance, height_m);
+        let fails = |it: &&Expression| it.verdict(&usual) == Verdict::DoesNotHold;
+        let unmet = [&self.precondition, &self.invariant].into_iter().flatten().find(fails)?;
+        let message = format!("skill `{}` is used at {height_m} m, and asks for `{}`", self.name, unmet.text());
+        Some((message, "set `height_m` of the objective so that this holds".to_owned()))
     }
 
     /// The task with this as its `every_m`, if the skill has such an input and the task leaves it out.
@@ -346,13 +388,16 @@ impl DeclaredSkill {
     /// The goal that does `task` over a place; an input that the task leaves out has its usual value.
     pub fn goal(&self, task: &Task, over: Ned) -> TaskGoal {
         let value = |it: &Input| Some((it.name.clone(), it.of(task)?));
+        let task = Task { skill: self.name.clone(), inputs: self.inputs.iter().filter_map(value).collect() };
+        let values = self.values(&task);
+        let of_inputs = |it: &Estimate| it.value(&value_in(&values));
         TaskGoal {
             over,
             stance: self.stance,
-            task: Task { skill: self.name.clone(), inputs: self.inputs.iter().filter_map(value).collect() },
-            estimate_s: self.estimate_s(|it| it.of(task).unwrap_or(it.most)),
-            power_w: self.power_w,
-            limit_s: self.limit_s,
+            estimate_s: of_inputs(&self.seconds),
+            power_w: of_inputs(&self.power_w),
+            limit_s: of_inputs(&self.limit_s),
+            task,
             interrupt_s: self.interrupt_s,
             succeeds_as: self.succeeds_as.clone(),
         }
@@ -391,12 +436,17 @@ impl DeclaredSkill {
             conditions.into_iter().filter_map(|(when, it)| Some(format!("{when} {}", it.as_ref()?.text())));
         let outcomes =
             self.outcomes().map(|(name, success)| format!("{name} ({})", if success { "success" } else { "failure" }));
-        let power = if self.power_w == 0.0 { String::new() } else { format!("; {} W", self.power_w) };
+        let power = match self.power_w.text() {
+            "0" => String::new(),
+            watts => format!("; {watts} W"),
+        };
         let limits = match self.stance {
             Stance::Flies => format!("lasts as long as the leg{power}"),
             Stance::Hovers | Stance::Stands => format!(
-                "takes {} s and more, at most {} s; an interruption up to {} s{power}",
-                self.seconds, self.limit_s, self.interrupt_s
+                "takes {} s, at most {} s; an interruption up to {} s{power}",
+                self.seconds.text(),
+                self.limit_s.text(),
+                self.interrupt_s
             ),
         };
         let stance = format!("while the vehicle {}", self.stance);
@@ -408,10 +458,6 @@ impl DeclaredSkill {
     pub fn outcomes(&self) -> impl Iterator<Item = (&str, bool)> {
         self.succeeds_as.iter().map(|it| (it.as_str(), true)).chain(self.fails_as.iter().map(|it| (it.as_str(), false)))
     }
-
-    fn estimate_s(&self, value: impl Fn(&Input) -> f64) -> f64 {
-        self.seconds + self.inputs.iter().map(|it| it.seconds_per_unit * value(it).abs()).sum::<f64>()
-    }
 }
 
 impl Input {
@@ -420,13 +466,31 @@ impl Input {
         given.map(|(_, value)| *value).or(self.usual)
     }
 
-    /// `length_m from 2 to 30, usually 5; 2 s for each`
+    /// `length_m from 2 to 30, usually 5`
     fn in_words(&self) -> String {
         let usual = self.usual.map(|it| format!(", usually {it}")).unwrap_or_default();
-        let Input { name, least, most, seconds_per_unit, .. } = self;
-        let seconds = if *seconds_per_unit == 0.0 { String::new() } else { format!("; {seconds_per_unit} s for each") };
-        format!("{name} from {least} to {most}{usual}{seconds}")
+        let Input { name, least, most, .. } = self;
+        format!("{name} from {least} to {most}{usual}")
     }
+}
+
+/// Every set of least and greatest inputs.
+fn corners(inputs: &[Input]) -> Vec<Vec<(String, f64)>> {
+    let end =
+        |set: usize, at: usize, it: &Input| (it.name.clone(), if set >> at & 1 == 0 { it.least } else { it.most });
+    let corner = |set| inputs.iter().enumerate().map(|(at, it)| end(set, at, it)).collect();
+    (0..1 << inputs.len().min(MOST_INPUTS)).map(corner).collect()
+}
+
+/// Looks up a value by its name.
+fn value_in(values: &[(String, f64)]) -> impl Fn(&str) -> Option<f64> {
+    |name| values.iter().find(|(it, _)| it == name).map(|(_, value)| *value)
+}
+
+/// ` with length_m 12`; empty without inputs.
+fn with(values: &[(String, f64)]) -> String {
+    let values: Vec<String> = values.iter().map(|(name, value)| format!("{name} {value}")).collect();
+    if values.is_empty() { String::new() } else { format!(" with {}", values.join(" and ")) }
 }
 
 /// The values that conditions read while all is well and the vehicle does this at this height.
@@ -501,21 +565,45 @@ impl Check<'_> {
         if let Some(entry) = it.usual.as_ref().filter(|it| !(least..=most).contains(it.as_ref())) {
             self.say(Some(entry.span()), format!("`usual` is {}, expected {least} to {most}", entry.as_ref()), "");
         }
-        let seconds_per_unit = it.seconds_per_unit.as_ref().map_or(0.0, |it| it.as_ref().get());
-        Input { name: name.as_ref().clone(), least, most, usual, seconds_per_unit }
+        Input { name: name.as_ref().clone(), least, most, usual }
+    }
+
+    /// What `key` comes to, `usual` without it: from 0 to a day for the least and the greatest inputs.
+    fn estimate(&mut self, key: &str, it: Option<&Spanned<EstimateEntry>>, usual: f64, inputs: &[Input]) -> Estimate {
+        let names: Vec<&str> = inputs.iter().map(|it| it.name.as_str()).collect();
+        let estimate = match it.map(Spanned::as_ref) {
+            None => return Estimate::constant(usual),
+            Some(EstimateEntry::Number(number)) => Ok(Estimate::constant(*number)),
+            Some(EstimateEntry::Text(text)) => Estimate::parse(text, &names),
+        };
+        let span = it.map(Spanned::span);
+        let estimate = match estimate {
+            Ok(estimate) => estimate,
+            Err(problem) => {
+                self.problem(span, problem);
+                return Estimate::constant(usual);
+            }
+        };
+        let wrong = corners(inputs).into_iter().find_map(|it| {
+            let value = estimate.value(&value_in(&it));
+            let fits = (0.0..=LONGEST_LEG_S).contains(&value);
+            (!fits).then(|| format!("`{key}` is {value}{}, expected 0 to {LONGEST_LEG_S}", with(&it)))
+        });
+        if let Some(message) = wrong {
+            self.say(span, message, "");
+        }
+        estimate
     }
 
     /// A task along a leg lasts as long as that, nothing waits for its end, and the leg is flown once.
     fn times(&mut self, file: &File) {
         if file.vehicle == Stance::Flies {
-            let of_input = file.input.values().find_map(|it| it.seconds_per_unit.as_ref()).map(Spanned::span);
             let keys = [
                 ("seconds", file.seconds.as_ref().map(Spanned::span)),
                 ("limit_s", file.limit_s.as_ref().map(Spanned::span)),
                 ("interrupt_s", file.interrupt_s.as_ref().map(Spanned::span)),
                 ("tries", file.tries.as_ref().map(Spanned::span)),
                 ("postcondition", file.postcondition.as_ref().map(Spanned::span)),
-                ("seconds_per_unit", of_input),
             ];
             for (key, span) in keys.into_iter().filter_map(|(key, span)| Some((key, span?))) {
                 let message = format!("`{key}` is given, and the skill is used while the vehicle flies");
@@ -584,13 +672,17 @@ impl Check<'_> {
         match Expression::parse(it.as_ref()) {
             Ok(expression) => Some(expression),
             Err(problem) => {
-                // The text stands behind its quote.
-                let begin = it.span().start + 1;
-                let span = begin + problem.span.start..begin + problem.span.end;
-                self.say(Some(span), problem.message, &problem.help);
+                self.problem(Some(it.span()), problem);
                 None
             }
         }
+    }
+
+    /// Of a text at `span`.
+    fn problem(&mut self, span: Option<Range<usize>>, problem: Problem) {
+        // It stands behind its quote.
+        let inside = span.map(|it| it.start + 1 + problem.span.start..it.start + 1 + problem.span.end);
+        self.say(inside, problem.message, &problem.help);
     }
 }
 
@@ -604,14 +696,13 @@ version = 1
 summary = "Lowers a load on a rope"
 precondition = "vehicle.flying and position.height_m < 40 m"
 invariant = "motion.ground_speed_m_s < 2 m/s"
-seconds = 2.0
+seconds = "2 + 2 * length_m"
 power_w = 40.0
 limit_s = 60.0
 interrupt_s = 5.0
 [input.length_m]
 least = 1.0
 most = 20.0
-seconds_per_unit = 2.0
 [outcome]
 done = "success"
 snagged = "failure"
@@ -638,12 +729,18 @@ params = [1, "length_m"]
     fn a_task_that_no_declaration_allows_is_told() {
         #[track_caller]
         fn check(skill: &str, inputs: &[(&str, f64)], expected: Option<&str>) {
+            check_at(10.0, skill, inputs, expected);
+        }
+        #[track_caller]
+        fn check_at(height_m: f64, skill: &str, inputs: &[(&str, f64)], expected: Option<&str>) {
             let inputs = inputs.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
             let declared = DeclaredSkills::of(vec![read(GOOD).unwrap()]);
-            let found = declared.misfit(&Task { skill: skill.into(), inputs }, Stance::Hovers);
+            let found = declared.misfit(&Task { skill: skill.into(), inputs }, Stance::Hovers, height_m);
             assert_eq!(found.map(|(message, _)| message).as_deref(), expected);
         }
         check("winch_down", &[("length_m", 12.0)], None);
+        let too_high = "skill `winch_down` is used at 40 m, and asks for `vehicle.flying and position.height_m < 40 m`";
+        check_at(40.0, "winch_down", &[("length_m", 12.0)], Some(too_high));
         check("winch_up", &[], Some("there is no declared skill `winch_up`"));
         check("winch_down", &[], Some("skill `winch_down` needs `length_m`"));
         check("winch_down", &[("length_m", 50.0)], Some("`length_m` of skill `winch_down` is 50, expected 1 to 20"));
@@ -659,15 +756,19 @@ params = [1, "length_m"]
         }
         check("power_w", "power", "m.toml:7:1: unknown field `power`");
         check("< 40 m", "< 2 m", "m.toml:4:16: precondition and invariant hold at no height at which a vehicle hovers");
+        let seconds = "seconds = \"2 + 2 * length_m\"";
         let never = "seconds = 2.0\npostcondition = \"not vehicle.flying\"";
-        check(
-            "seconds = 2.0",
-            never,
-            "m.toml:7:17: the postcondition does not hold where the skill is used, such as at 10 m",
-        );
+        check(seconds, never, "m.toml:7:17: the postcondition does not hold where the skill is used, such as at 10 m");
         check("< 40 m", "< 40 s", "m.toml:4:36: m and s are compared");
         check("vehicle.flying", "vehicle.flies", "m.toml:4:17: ");
-        check("limit_s = 60.0", "limit_s = 20.0", "m.toml:8:11: `limit_s` is 20, and the skill takes up to 42 s");
+        check(
+            "limit_s = 60.0",
+            "limit_s = 20.0",
+            "m.toml:8:11: `limit_s` is 20 with length_m 20, and the skill takes 42 s",
+        );
+        check("2 * length_m", "2 * lenght_m", "m.toml:6:20: there is no input `lenght_m`");
+        check("2 + 2", "9 - 2", "m.toml:6:11: `seconds` is -31 with length_m 20, expected 0 to 86400");
+        check(seconds, "seconds = true", "m.toml:6:11: expected a number, or a text that calculates one from inputs");
         check("interrupt_s = 5.0", "interrupt_s = 60.0", "m.toml:9:15: `interrupt_s` is 60, expected at most 10");
         check("most = 20.0", "most = 0.5", "m.toml:12:8: `most` is 0.5, expected no less than `least`, which is 1");
         check("done = \"success\"", "done = \"failure\"", "m.toml:14:1: no outcome is a success");

@@ -163,7 +163,9 @@ impl Checker<'_> {
                 self.say(Some(entry.span()), format!("{name:?} cannot name a skill or an input"), NAMES);
                 continue;
             }
-            if let Some((message, help)) = self.skills.and_then(|it| it.misfit(&task(entry.as_ref()), stance)) {
+            if let Some((message, help)) =
+                self.skills.and_then(|skills| skills.misfit(&task(entry.as_ref()), stance, *it.height_m.as_ref()))
+            {
                 self.say(Some(entry.span()), message, &help);
             }
         }

@@ -78,9 +78,10 @@ impl Action {
             Action::Stop => goal.mode == Some(FlightMode::Loiter) && goal.gripper.is_none() && next_task.is_none(),
             Action::Position => is_place_in_air,
             Action::Release => goal.flying && goal.gripper == Some(Gripper::Released) && next_task.is_none(),
-            Action::Task => {
-                next_task.is_some_and(|it| rules.skills.misfit(it, Stance::at_place(goal.flying)).is_none())
-            }
+            Action::Task => next_task.is_some_and(|it| {
+                let height_m = goal.position.height_m();
+                rules.skills.misfit(it, Stance::at_place(goal.flying), height_m).is_none()
+            }),
         }
     }
 

@@ -35,7 +35,7 @@ impl Operation {
         }
     }
 
-    fn of_numbers(self, left: f64, right: f64) -> f64 {
+    pub(super) fn of_numbers(self, left: f64, right: f64) -> f64 {
         match self {
             Operation::Plus => left + right,
             Operation::Minus => left - right,

@@ -12,8 +12,10 @@ use crate::file::did_you_mean;
 /// A number, and its unit; `None`: it was written without one, and takes that of what it meets.
 type Measured = (Amount, Option<Unit>);
 
+/// What is wrong where a number is expected.
+pub(super) const NO_NUMBER: &str = "this holds or does not, and is not a number";
 /// The functions of numbers.
-const FUNCTIONS: [&str; 3] = ["abs", "min", "max"];
+pub(super) const FUNCTIONS: [&str; 3] = ["abs", "min", "max"];
 
 /// A part that holds or does not.
 pub(super) fn condition(node: &Node) -> Result<Condition, Problem> {
@@ -92,14 +94,14 @@ fn amount(node: &Node) -> Result<Measured, Problem> {
         }
         Part::Pair(symbol, left, right) => match Operation::of(*symbol) {
             Some(operation) => calculated(node, operation, left, right),
-            None => {
-                let message = "this holds or does not, and is not a number";
-                Err(Problem::new(node.span.clone(), message, "compare numbers, and join comparisons by `and` and `or`"))
-            }
+            None => Err(Problem::new(
+                node.span.clone(),
+                NO_NUMBER,
+                "compare numbers, and join comparisons by `and` and `or`",
+            )),
         },
         Part::Not(_) => {
-            let message = "this holds or does not, and is not a number";
-            Err(Problem::new(node.span.clone(), message, "compare numbers, and join comparisons by `and` and `or`"))
+            Err(Problem::new(node.span.clone(), NO_NUMBER, "compare numbers, and join comparisons by `and` and `or`"))
         }
         Part::Call(name, arguments) => called(node, name, arguments),
     }

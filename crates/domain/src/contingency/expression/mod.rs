@@ -15,6 +15,7 @@ mod amount;
 mod check;
 mod checked;
 mod condition;
+pub mod estimate;
 mod lexer;
 mod parser;
 #[cfg(test)]

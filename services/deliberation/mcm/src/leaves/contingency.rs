@@ -18,7 +18,7 @@ impl Condition<World> for Responds {
             self.has_begun = false;
             return Ok(false);
         }
-        if self.has_begun && !world.is_under_way(self.row) {
+        if self.has_begun && !world.is_under_way(self.row) && !world.has_rested() {
             // The flag fell and has risen again since the last tick: its response starts again.
             self.has_begun = false;
             ports.tick_again();

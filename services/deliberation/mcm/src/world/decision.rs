@@ -26,6 +26,7 @@ impl World {
         self.answer.permits.take();
         let Some(now) = self.decided_anew() else { return };
         let Decided { decision: before, .. } = std::mem::replace(&mut self.answer.decided, now);
+        self.answer.has_rested |= self.responder().is_none();
         self.say_narrowing(before.narrowing);
         for waits in &self.answer.decided.decision.waits {
             if !before.waits.contains(waits) {

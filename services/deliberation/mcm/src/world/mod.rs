@@ -174,6 +174,8 @@ struct Answer {
     /// What it enters although it is not permitted.
     beyond: Beyond,
     in_transition: bool,
+    /// Nothing was to be answered at some decision since the last response began.
+    has_rested: bool,
 }
 
 /// Landings that were not planned, that have failed, and that are under way.

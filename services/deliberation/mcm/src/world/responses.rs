@@ -93,6 +93,7 @@ impl World {
 
     pub(crate) fn begin_response(&mut self, row: usize) {
         self.answer.response = Some(ActiveResponse { row, not_before: self.now.time, ..Default::default() });
+        self.answer.has_rested = false;
         self.go_beyond(Beyond::Nowhere);
         let phase = self.flight_phase();
         // One that only slows is in force beside it.
@@ -100,6 +101,11 @@ impl World {
         let others = others.take(MOST_REJECTED);
         let passed = others.map(|other| (other, self.why_passed(other, row, phase))).collect();
         self.out.journal.decided(self.now, Entry::Responding(row, passed));
+    }
+
+    /// Whether the last response was over for a while: what follows is another one.
+    pub(crate) fn has_rested(&self) -> bool {
+        self.answer.has_rested
     }
 
     /// Why `other`, whose flag is up, does not respond when `row` begins to.

@@ -9,9 +9,9 @@ use v1::mission_request::Request as Ask;
 fn declared() -> DeclaredSkills {
     let skill = |name: &str, more: &str| {
         let text = format!(
-            "version = 1\nsummary = \"Does it\"\nseconds = 10.0\nlimit_s = 120.0\n{more}\n\
+            "version = 1\nsummary = \"Does it\"\nseconds = \"10 + 2 * length_m\"\nlimit_s = 120.0\n{more}\n\
              outcome = {{ done = \"success\", broken = \"failure\" }}\n\
-             [input.length_m]\nleast = 0.0\nmost = 50.0\nusual = 5.0\nseconds_per_unit = 2.0\n"
+             [input.length_m]\nleast = 0.0\nmost = 50.0\nusual = 5.0\n"
         );
         DeclaredSkill::read(&Source { path: format!("{name}.toml").into(), text }).unwrap()
     };

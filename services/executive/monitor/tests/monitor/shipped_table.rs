@@ -18,7 +18,7 @@ fn no_flag_is_raised_while_all_is_well() {
 type Cause = (&'static str, fn(&mut Rig), f64);
 
 /// What raises the flag of each row with an expression, and the seconds after which it has fallen again once all is well.
-const CAUSES: [Cause; 53] = [
+const CAUSES: [Cause; 54] = [
     ("crashed", |rig| falls(rig), 0.2),
     ("motor_failure", |rig| reports(rig, FailureFlag::Motor), 0.1),
     ("attitude_exceeded", |rig| (rig.vehicle.attitude.q_x, rig.vehicle.attitude.q_w) = 0.6_f64.sin_cos(), 0.1),
@@ -83,6 +83,7 @@ const CAUSES: [Cause; 53] = [
     ("operator_silent", |rig| progress(rig).operator_s = 600.1, 0.1),
     ("record_unwritable", |rig| rig.vehicle.record_trouble = "the disk is full".into(), 0.1),
     ("skill_missing", |rig| rig.vehicle.manager.skills_needed.push("winch".into()), 0.1),
+    ("landing_target_lost", |rig| rig.vehicle.status.landing_target_seen = Some(false), 1.0),
 ];
 
 /// It comes down too fast.
