@@ -9,7 +9,7 @@ pub const COMMAND: u16 = 211;
 /// GRIPPER_ACTION_RELEASE, in its second parameter; 1 grabs.
 const RELEASE: f64 = 0.0;
 
-/// What is known of it.
+/// What its acknowledgements have said.
 #[derive(Debug, Default)]
 pub struct SilentGripper {
     /// By the last acknowledgement.
