@@ -34,6 +34,11 @@ impl SilentGripper {
         moved.is_some()
     }
 
+    /// The vehicle is armed: what was done to it on the ground, such as another load, is not known.
+    pub fn armed(&mut self) {
+        *self = SilentGripper::default();
+    }
+
     /// What it does.
     pub fn state(&self) -> Gripper {
         self.state.unwrap_or(Gripper::Silent)
@@ -61,5 +66,7 @@ mod tests {
         assert_eq!(gripper.state(), Gripper::Released, "it refused to grab");
         assert!(gripper.acknowledged(COMMAND, ACCEPTED));
         assert_eq!(gripper.state(), Gripper::Holding);
+        gripper.armed();
+        assert_eq!(gripper.state(), Gripper::Silent);
     }
 }
