@@ -343,3 +343,20 @@ fn a_declared_skill_is_a_command_to_px4() {
     let refused = "the command is refused by the autopilot: failed";
     check(Some(Trouble::HasNoGripper), ("refused", refused));
 }
+
+#[test]
+fn a_landing_on_a_target_says_whether_it_is_seen_where_px4_tells() {
+    let mut flight = Flight::in_the_air();
+    flight.commands(Command::LandOnTarget);
+    flight.until("it lands", |it| it.status().actual == Some(FlightMode::Land));
+    flight.pass(2.0);
+    assert_eq!(flight.status().landing_target_seen, None, "the topic is not sent");
+    for seen in [true, false, true] {
+        flight.trouble(Trouble::Target { seen });
+        flight.until("it says so", |it| it.status().landing_target_seen == Some(seen));
+    }
+    flight.until("it is disarmed", |it| !it.status().armed);
+    flight.until("it can arm again", |it| it.status().can_arm == Some(true));
+    assert_eq!(flight.status().landing_target_seen, None);
+    assert!(!flight.status().commanded_by_other);
+}

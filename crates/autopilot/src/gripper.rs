@@ -9,7 +9,7 @@ pub const COMMAND: u16 = 211;
 /// GRIPPER_ACTION_RELEASE, in its second parameter; 1 grabs.
 const RELEASE: f64 = 0.0;
 
-/// What is known of it.
+/// What its acknowledgements have said.
 #[derive(Debug, Default)]
 pub struct SilentGripper {
     /// By the last acknowledgement.
@@ -32,6 +32,11 @@ impl SilentGripper {
         let moved = self.awaited.take_if(|_| number == COMMAND && result == ACCEPTED);
         self.state = moved.or(self.state);
         moved.is_some()
+    }
+
+    /// The vehicle is armed: what was done to it on the ground, such as another load, is not known.
+    pub fn armed(&mut self) {
+        *self = SilentGripper::default();
     }
 
     /// What it does.
@@ -61,5 +66,7 @@ mod tests {
         assert_eq!(gripper.state(), Gripper::Released, "it refused to grab");
         assert!(gripper.acknowledged(COMMAND, ACCEPTED));
         assert_eq!(gripper.state(), Gripper::Holding);
+        gripper.armed();
+        assert_eq!(gripper.state(), Gripper::Silent);
     }
 }

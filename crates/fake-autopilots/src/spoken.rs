@@ -131,6 +131,10 @@ pub(crate) fn messages(
         2 => {
             payload.u32(0).u32(0).u32(boot_ms);
         }
+        // Only its coming counts.
+        149 if vehicle.status.landing_target_seen == Some(true) => {
+            payload.bytes(&[0; 60]);
+        }
         24 => {
             let fix = if vehicle.status.failures().any(|it| it == kittiwake_proto::v1::FailureFlag::GnssLost) {
                 0

@@ -1,4 +1,4 @@
-//! The gripper, which has no sensor: what it was told counts as done after a time, and nothing else is said of it.
+//! The gripper, which has no sensor: a command counts as done after a time, and only its acknowledgement says so.
 
 use std::time::Duration;
 
@@ -30,7 +30,7 @@ pub(crate) enum Gripper {
 impl FakePx4 {
     /// A command to it, of which only the release is imitated.
     pub(crate) fn command_gripper(&mut self, action: f64, from: (f64, f64)) {
-        assert_eq!(action, 0.0, "the gripper is told to release");
+        assert_eq!(action, 0.0, "only the release is imitated");
         let result = match self.gripper {
             Gripper::Missing => FAILED,
             Gripper::Opens(..) => TEMPORARILY_REJECTED,

@@ -41,6 +41,9 @@ const STATUS: Duration = Duration::from_millis(450);
 /// The topics that it listens to, of those that matter here.
 const INPUTS: [&str; 3] = ["vehicle_command", "offboard_control_mode", "trajectory_setpoint"];
 
+/// Where the target of a landing is.
+const TARGET: &str = "landing_target_pose";
+
 /// What somebody does to it who is not Kittiwake.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Trouble {
@@ -58,6 +61,11 @@ pub enum Trouble {
     Mute(&'static str),
     /// All topics are sent again.
     Unmute,
+    /// It sends where the target of a landing is, and sees it or does not. By default it does not send that.
+    Target {
+        /// Whether it sees it.
+        seen: bool,
+    },
     /// Its gripper is not enabled (`PD_GRIPPER_TYPE` -1).
     HasNoGripper,
     /// Without setpoints it flies this (`COM_OBL_RC_ACT`): by default it returns.
@@ -86,6 +94,7 @@ pub struct FakePx4 {
     commands: Vec<(Time, u64, f64, f64)>,
     setpoints: u64,
     gripper: Gripper,
+    sees_target: bool,
 }
 
 /// The newest of the body's telemetry.
@@ -116,6 +125,7 @@ impl FakePx4 {
             commands: Vec::new(),
             setpoints: 0,
             gripper: Gripper::Grabbed,
+            sees_target: false,
         };
         px4.declare(true);
         px4
@@ -134,6 +144,9 @@ impl FakePx4 {
         if self.next_check <= now {
             self.next_check = now + CHECK;
             self.move_gripper();
+            if self.sees_target && self.is_armed() {
+                self.send(TARGET, |sample| sample.set_flag("abs_pos_valid", true));
+            }
             self.armed_for += if self.is_armed() { CHECK } else { Duration::ZERO };
             self.review();
         }
@@ -151,14 +164,15 @@ impl FakePx4 {
 
     /// The tokens that it declares at its start.
     pub fn tokens(&self) -> Vec<String> {
-        let token = |topic: &&str| {
-            let it = self.definitions.newest(topic)?;
-            Some(format!(
-                "@ros2_lv/0/00/0/11/MS/%/%/px4_00/%fmu%in%{topic}/px4_msgs::msg::dds_::{}_/RIHS01_{}/::,7:,:,:,,",
-                it.type_name, it.hash
-            ))
-        };
-        INPUTS.iter().filter_map(token).collect()
+        INPUTS.iter().filter_map(|topic| self.token("in", topic)).collect()
+    }
+
+    fn token(&self, way: &str, topic: &str) -> Option<String> {
+        let it = self.definitions.newest(topic)?;
+        Some(format!(
+            "@ros2_lv/0/00/0/11/MS/%/%/px4_00/%fmu%{way}%{topic}/px4_msgs::msg::dds_::{}_/RIHS01_{}/::,7:,:,:,,",
+            it.type_name, it.hash
+        ))
     }
 
     /// A sample has arrived.
@@ -222,6 +236,11 @@ impl FakePx4 {
             Trouble::Fence(radius_m) => self.commander.fence_m = radius_m,
             Trouble::Mute(topic) => self.muted.push(topic),
             Trouble::Unmute => self.muted.clear(),
+            Trouble::Target { seen } => {
+                let key = self.token("out", TARGET).expect("a topic of the table");
+                self.outgoing.push((self.now, Arrival::Token { key, alive: true }));
+                self.sees_target = seen;
+            }
             Trouble::HasNoGripper => self.gripper = Gripper::Missing,
             Trouble::WithoutSetpoints(mode) => self.commander.without_setpoints = mode,
             Trouble::Restarts => {

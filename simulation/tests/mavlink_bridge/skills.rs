@@ -98,6 +98,23 @@ fn a_landing_on_a_target_says_whether_it_sees_it_and_is_refused_without_precisio
 }
 
 #[test]
+fn a_landing_on_a_target_says_whether_it_is_seen() {
+    let mut rig = Rig::new(Kind::Px4);
+    rig.airborne();
+    assert_eq!(rig.command(Command::Land(v1::LandCommand { on_target: true })), Ok(()));
+    for (hidden_below_m, seen) in [(0, true), (50, false), (0, true)] {
+        rig.fault("hide_target", hidden_below_m);
+        let says = |it: &Published| it.status.as_ref().is_some_and(|it| it.landing_target_seen == Some(seen));
+        assert!(rig.run(Duration::from_secs(3), says), "{seen}: {:?}", rig.status());
+        assert_eq!(rig.status().actual_mode(), FlightMode::Land);
+    }
+    let down = |it: &Published| it.status.as_ref().is_some_and(|it| !it.armed);
+    assert!(rig.run(Duration::from_secs(60), down), "{:?}", rig.status());
+    rig.ready();
+    assert!(rig.status().landing_target_seen.is_none() && !rig.status().commanded_by_other, "{:?}", rig.status());
+}
+
+#[test]
 fn a_winch_that_is_interrupted_stops_or_it_is_said_that_it_goes_on() {
     /// How a task ends that is interrupted after three seconds, by this action of DO_WINCH.
     #[track_caller]

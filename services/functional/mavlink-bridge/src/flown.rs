@@ -118,8 +118,10 @@ impl Flown {
         let was_armed = self.vehicle.is_armed();
         let was_in_air = self.vehicle.landed.is_some_and(|(_, it)| it == landed::IN_AIR);
         self.vehicle.take_in(heard, now.time);
-        if was_armed && !self.vehicle.is_armed() {
-            self.disarmed(was_in_air);
+        match (was_armed, self.vehicle.is_armed()) {
+            (true, false) => self.disarmed(was_in_air),
+            (false, true) => self.gripper.armed(),
+            _ => {}
         }
         effects.extend(telemetry::published(heard, &self.vehicle, now));
         match heard {

@@ -242,6 +242,9 @@ impl Bridge {
         self.clocks.0 = clock;
         let before = self.flies.replace(flies);
         self.watch.heard("vehicle_status", now);
+        if flies.armed && before.is_some_and(|it| !it.armed) {
+            self.gripper.armed();
+        }
         self.observe(flies, now);
         let ended = before.is_some_and(|it| it.armed) && !flies.armed && self.modes.other().is_none();
         self.hold_wanted = (self.hold_wanted || ended) && !flies.armed && flies.intended != NavState::LOITER;

@@ -1,4 +1,4 @@
-//! Pictures, where PX4 is told to send `camera_capture`.
+//! Pictures, where PX4 sends `camera_capture`.
 
 use kittiwake_proto::topics::Message;
 
