@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use domain::fmu::{Command, CommandId, FlightMode, OffboardControl, Setpoint, Status, VehicleCommand};
+use domain::declared_skill::DeclaredSkills;
+use domain::fmu::{Command, CommandId, FlightMode, Gripper, OffboardControl, Setpoint, Status, VehicleCommand};
 use domain::geometry::Ned;
 use domain::time::{Now, Time};
 use fake_px4::{FakeLink, FakePx4, Trouble};
@@ -35,6 +36,7 @@ struct Flight {
     acks: Vec<v1::VehicleCommandAck>,
     stream: Option<Setpoint>,
     next_setpoint: Time,
+    tasks: Vec<v1::TaskReport>,
 }
 
 impl Flight {
@@ -42,8 +44,10 @@ impl Flight {
         let text = include_str!("../../config/kittiwake.toml");
         let sections: Sections = toml::from_str(text).expect("the shipped configuration");
         let link = FakeLink::to(FakePx4::new(&sections.vehicle_sim, 1));
+        let skills =
+            DeclaredSkills::read(&crate::stories::support::shipped().join("skills")).expect("the shipped skills");
         Flight {
-            bridge: Px4Bridge::new(&sections.px4_bridge, link.clone()),
+            bridge: Px4Bridge::new(&sections.px4_bridge, link.clone()).with_skills(&skills),
             link,
             now: Time::ZERO,
             next_id: 1,
@@ -52,6 +56,7 @@ impl Flight {
             acks: Vec::new(),
             stream: None,
             next_setpoint: Time::ZERO,
+            tasks: Vec::new(),
         }
     }
 
@@ -134,6 +139,7 @@ impl Flight {
                 }
                 Effect::Publish { message: Message::VehicleLocalPosition(it), .. } => self.position = it,
                 Effect::Publish { message: Message::VehicleCommandAck(it), .. } => self.acks.push(it),
+                Effect::Publish { message: Message::TaskReport(it), .. } if it.request_id == "r" => self.tasks.push(it),
                 Effect::Refused { why, .. } => panic!("refused: {why}"),
                 Effect::Publish { .. } | Effect::Call { .. } | Effect::Reply { .. } => {}
             }
@@ -302,4 +308,55 @@ fn a_speed_limit_is_kept() {
     assert!((2.5..4.0).contains(&fastest_m_s), "{fastest_m_s}");
     let north_m = flight.position.position.map_or(0.0, |it| it.north_m);
     assert!((north_m - 60.0).abs() < 1.0, "{north_m}");
+}
+
+#[test]
+fn a_load_counts_as_released_once_px4_acknowledges_it() {
+    let mut flight = Flight::in_the_air();
+    assert_eq!(flight.status().gripper, Some(Gripper::Silent));
+    flight.commands(Command::Release);
+    let commanded = flight.now;
+    assert_eq!(flight.status().gripper, Some(Gripper::Silent), "it moves");
+    flight.until("the gripper is open", |it| it.status().gripper == Some(Gripper::Released));
+    assert!(Duration::from_millis(900) < flight.now - commanded);
+    let mut flight = Flight::in_the_air();
+    flight.trouble(Trouble::HasNoGripper);
+    let answer = flight.answer_to(Command::Release);
+    assert_eq!(answer.result(), v1::CommandResult::Rejected);
+    assert!(answer.reason.contains("PX4 refused release, failed"), "{}", answer.reason);
+    flight.pass(3.0);
+    assert_eq!(flight.status().gripper, Some(Gripper::Silent));
+}
+
+#[test]
+fn a_declared_skill_is_a_command_to_px4() {
+    #[track_caller]
+    fn check(trouble: Option<Trouble>, expected: (&str, &str)) {
+        let mut flight = Flight::in_the_air();
+        trouble.into_iter().for_each(|it| flight.trouble(it));
+        flight.tell(v1::TaskOrder { request_id: "r".into(), skill: "gripper_release".into(), ..Default::default() });
+        flight.until("its end", |it| it.tasks.last().is_some_and(|it| it.state() == v1::TaskState::Ended));
+        let report = flight.tasks.pop().expect("the last report");
+        assert_eq!((report.outcome.as_str(), report.reason.as_str()), expected);
+    }
+    check(None, ("released", ""));
+    let refused = "the command is refused by the autopilot: failed";
+    check(Some(Trouble::HasNoGripper), ("refused", refused));
+}
+
+#[test]
+fn a_landing_on_a_target_says_whether_it_is_seen_where_px4_tells() {
+    let mut flight = Flight::in_the_air();
+    flight.commands(Command::LandOnTarget);
+    flight.until("it lands", |it| it.status().actual == Some(FlightMode::Land));
+    flight.pass(2.0);
+    assert_eq!(flight.status().landing_target_seen, None, "the topic is not sent");
+    for seen in [true, false, true] {
+        flight.trouble(Trouble::Target { seen });
+        flight.until("it says so", |it| it.status().landing_target_seen == Some(seen));
+    }
+    flight.until("it is disarmed", |it| !it.status().armed);
+    flight.until("it can arm again", |it| it.status().can_arm == Some(true));
+    assert_eq!(flight.status().landing_target_seen, None);
+    assert!(!flight.status().commanded_by_other);
 }

@@ -1,5 +1,6 @@
 //! Whole missions over a PX4, as far as it was measured: the same system, with the bridge in place of the simulated vehicle.
 
+use std::path::Path;
 use std::time::Duration;
 
 use control_tower::policy::Policy;
@@ -20,10 +21,15 @@ struct Sections {
 
 /// The shipped system over a PX4, and that PX4.
 fn over_px4(permissions: Policy) -> (Simulation<'static>, FakeLink) {
+    fly_over_px4(None, permissions)
+}
+
+/// The same with another mission.
+fn fly_over_px4(mission: Option<&Path>, permissions: Policy) -> (Simulation<'static>, FakeLink) {
     let config = crate::stories::support::shipped();
     let text = std::fs::read_to_string(config.join("kittiwake.toml")).unwrap();
     let sections: Sections = toml::from_str(&text).unwrap();
-    let setup = Setup { config: &config, mission: None, permissions, seed: 1, machine: Machine::Ideal };
+    let setup = Setup { config: &config, mission, permissions, seed: 1, machine: Machine::Ideal };
     let mut link = None;
     let simulation = Simulation::with_vehicle(&setup, |vehicle| {
         let px4 = FakeLink::to(FakePx4::new(vehicle, 1));
@@ -52,6 +58,18 @@ fn the_reference_mission_is_flown() {
     let flags = simulation.story(&["contingency"]);
     let is_start = |it: &&String| it.contains("autopilot_not_ready");
     assert!(flags.iter().all(|it| is_start(&it)), "nothing was answered but PX4's own start: {flags:?}");
+}
+
+#[test]
+fn a_load_is_released() {
+    const TEXT: &str = "name = \"drop\"
+        [[objective]]\nname = \"buoy\"\nnorth_m = 0\neast_m = 100\nheight_m = 10\nflying = true\ndrop = true
+        [[objective]]\nname = \"home\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n";
+    let file = crate::stories::support::mission_file("drop_over_px4", TEXT);
+    let (mut simulation, px4) = fly_over_px4(Some(&file), Policy::Grant);
+    assert_achieved(&mut simulation);
+    assert_eq!(simulation.loads_released_at().len(), 1, "{}", simulation.decision_log());
+    assert_eq!(px4.0.borrow().commands().iter().filter(|(_, number, ..)| *number == 211).count(), 1);
 }
 
 #[test]

@@ -29,6 +29,9 @@ fn export(args: &PicturesArgs) -> Result<(), Failure> {
     if let Some(problem) = found.problem {
         output::error_line(format_args!("{}: {problem}; only the part before is written", args.file.display()));
     }
+    if found.messages.is_empty() {
+        output::error_line(format_args!("{}: no picture was reported", args.file.display()));
+    }
     let text = match args.format {
         PicturesFormat::Csv => csv(&found.messages),
         PicturesFormat::Geojson => format!("{:#}\n", geojson(&found.messages)),

@@ -181,7 +181,7 @@ fn build(service: Service, args: &ProcessArgs, inputs: &Inputs) -> Result<Part, 
         Service::Px4Bridge => {
             let nudge = Nudge::default();
             let port = Px4Port::open(&config.px4_bridge, &nudge)?;
-            Part { node: Box::new(Px4Bridge::new(&config.px4_bridge, port)), nudge }
+            Part { node: Box::new(Px4Bridge::new(&config.px4_bridge, port).with_skills(skills)), nudge }
         }
         Service::MavlinkBridge => build_mavlink_bridge(&config.mavlink_bridge, skills)?,
         Service::SkillManager => Part::of(SkillManager::new(&config.skill_manager, pace)),

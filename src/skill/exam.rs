@@ -50,21 +50,26 @@ pub(super) fn examine(
         let bus = scope.spawn(|| bus::Process::of(&mut examiner, &link).run(&stop));
         let mut exam =
             Exam { skill, goal: skill.goal(task, Ned::default()), orders: send_orders, reports, orders_sent: 0 };
-        let mut passed = true;
+        let (mut passed, mut silence) = (true, None);
         for (case, check) in CASES {
             let result = check(&mut exam);
-            passed &= result.is_ok();
             let is_passed = result.is_ok();
+            passed &= is_passed;
             let (Ok(seen) | Err(seen)) = result;
-            tell(CaseResult { case, passed: is_passed, seen });
+            let result = CaseResult { case, passed: is_passed, seen };
             if case == CASES[0].0 && !is_passed {
-                // Nobody is there: the other cases would say the same.
+                // Nobody is there, or no router: the other cases would say the same.
+                silence = Some(result);
                 break;
             }
+            tell(result);
         }
         stop.stop();
         match bus.join() {
-            Ok(Ok(())) => Ok(passed),
+            Ok(Ok(())) => {
+                silence.into_iter().for_each(tell);
+                Ok(passed)
+            }
             Ok(Err(cause)) => Err(cause.to_string()),
             Err(_) => Err("the connection to the bus has ended".to_owned()),
         }

@@ -49,14 +49,14 @@ pub enum Param {
 }
 
 /// The seven numbers of `params` for a task that has a number for each input that they name.
-pub fn numbers(params: &[Param], task: &Task) -> [f32; 7] {
+pub fn numbers(params: &[Param], task: &Task) -> [f64; 7] {
     let number = |(name, value): &'_ (String, Value)| Some((name.clone(), value.number()?));
     let inputs: BTreeMap<String, f64> = task.inputs.iter().filter_map(number).collect();
     let mut numbers = [0.0; 7];
     for (number, param) in numbers.iter_mut().zip(params) {
         *number = match param {
-            Param::Number(it) => *it as f32,
-            Param::Input(name) => inputs.get(name).map_or(0.0, |it| *it as f32),
+            Param::Number(it) => *it,
+            Param::Input(name) => inputs.get(name).copied().unwrap_or(0.0),
         };
     }
     numbers

@@ -135,6 +135,7 @@ pub fn gripper(gripper: v1::Gripper) -> Option<Gripper> {
         v1::Gripper::Unspecified => None,
         v1::Gripper::Holding => Some(Gripper::Holding),
         v1::Gripper::Released => Some(Gripper::Released),
+        v1::Gripper::Silent => Some(Gripper::Silent),
     }
 }
 

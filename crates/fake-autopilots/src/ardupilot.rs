@@ -27,6 +27,8 @@ const POSITION: Duration = Duration::from_secs(40);
 /// From the end of initialisation until it takes the mode of the switch.
 const SWITCH_READ: Duration = Duration::from_millis(200);
 const RELEASED: &str = "Gripper load released";
+/// As long nothing is seen of a target that is lost.
+const TARGET_TIMEOUT: Duration = Duration::from_secs(2);
 /// A target is given to the vehicle this often, so that it counts as alive.
 const REFRESH: Duration = Duration::from_millis(100);
 
@@ -82,6 +84,9 @@ pub(crate) struct ArduPilot {
     fence_m: f64,
     /// What its gripper did last. It says so in texts, and only when that changes.
     gripper: v1::Gripper,
+    /// PLND_ENABLED. The target of its landings: when it was seen last, once it was found.
+    lands_precisely: bool,
+    target_seen: Option<Time>,
 }
 
 impl ArduPilot {
@@ -100,6 +105,8 @@ impl ArduPilot {
             refresh: Time::ZERO,
             fence_m: f64::INFINITY,
             gripper: v1::Gripper::Unspecified,
+            lands_precisely: false,
+            target_seen: None,
         }
     }
 
@@ -217,7 +224,10 @@ pub(crate) fn set_mode(fake: &mut FakeAutopilot, mode: u32, now: Now) -> u8 {
     let it = own(fake);
     (it.mode, it.guided) = (mode, Guided::Holds);
     match mode {
-        LAND => _ = fake.command(Command::Land(v1::LandCommand::default()), now),
+        LAND => {
+            let on_target = own(fake).lands_precisely;
+            fake.command(Command::Land(v1::LandCommand { on_target }), now);
+        }
         _ => _ = fake.loiter(now),
     }
     announce(fake, now.time);
@@ -227,6 +237,11 @@ pub(crate) fn set_mode(fake: &mut FakeAutopilot, mode: u32, now: Now) -> u8 {
 /// Sets its fence.
 pub(crate) fn fence(fake: &mut FakeAutopilot, metres: f64) {
     own(fake).fence_m = if metres == 0.0 { f64::INFINITY } else { metres };
+}
+
+/// It has a sensor for precision landing.
+pub(crate) fn lands_precisely(fake: &mut FakeAutopilot) {
+    own(fake).lands_precisely = true;
 }
 
 /// It finds its battery low, and lands once.
@@ -285,7 +300,28 @@ pub(crate) fn fly(fake: &mut FakeAutopilot, now: Now) {
         let is_open = gripper == v1::Gripper::Released;
         fake.text(6, if is_open { RELEASED } else { "Gripper load grabbed" }, now.time);
     }
+    look_for_target(fake, now.time);
     guide(fake, now);
+}
+
+/// Says whether it sees the target of a landing.
+fn look_for_target(fake: &mut FakeAutopilot, now: Time) {
+    let is_seen = fake.vehicle.status.landing_target_seen == Some(true);
+    let it = own(fake);
+    let text = match (it.target_seen, is_seen) {
+        (before, true) => {
+            it.target_seen = Some(now);
+            before.is_none().then_some((6, "PrecLand: Target Found"))
+        }
+        (Some(at), false) if TARGET_TIMEOUT < now - at => {
+            it.target_seen = None;
+            Some((2, "PrecLand: Target Lost"))
+        }
+        (_, false) => None,
+    };
+    if let Some((severity, text)) = text {
+        fake.text(severity, text, now);
+    }
 }
 
 /// Keeps what the vehicle flies in GUIDED alive.
@@ -341,6 +377,7 @@ pub(crate) fn modes(fake: &mut FakeAutopilot, now: Time) -> Modes {
             GUIDED => is_fit && has_position && !it.battery_failed,
             _ => true,
         },
+        lands_precisely: it.lands_precisely,
         has_position,
         home: it.home,
         target: (it.mode == GUIDED).then(|| it.guided.told(now)).flatten(),

@@ -119,6 +119,8 @@ pub const OTHER_SETS_TARGET: &str = "other_sets_target";
 pub const BATTERY_FAILSAFE: &str = "battery_failsafe";
 /// ArduPilot's fence: setpoints farther from home than this many metres are dropped without a word; 0 takes it away.
 pub const FENCE: &str = "fence";
+/// ArduPilot has a sensor for precision landing, which sees the simulator's target.
+pub const PRECISION_LANDING: &str = "precision_landing";
 /// For this many seconds the estimator does not believe its satellite receiver, which has a fix.
 pub const GNSS_GLITCH: &str = "gnss_glitch";
 /// Kills the autopilot and starts it again, with its vehicle where it stands: the argument is how many seconds later.
@@ -359,6 +361,10 @@ impl FakeAutopilot {
             FENCE => {
                 ardupilot::fence(self, number());
                 Some("the autopilot has a fence".into())
+            }
+            PRECISION_LANDING => {
+                ardupilot::lands_precisely(self);
+                Some("the autopilot has precision landing".into())
             }
             GNSS_GLITCH => {
                 self.glitches_until = now.time + Duration::from_secs_f64(number());

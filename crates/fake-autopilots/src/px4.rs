@@ -18,6 +18,10 @@ pub(crate) const OFFBOARD: u32 = mode(6, 0);
 pub(crate) const TAKEOFF: u32 = mode(4, 2);
 pub(crate) const LOITER: u32 = mode(4, 3);
 pub(crate) const LAND: u32 = mode(4, 6);
+/// It tells where the target is by LANDING_TARGET, as long as the vehicle sees it.
+const PRECISION_LAND: u32 = mode(4, 9);
+/// It arms in neither, and goes back to the mode before once it has disarmed.
+const LANDINGS: [u32; 2] = [LAND, PRECISION_LAND];
 
 /// What PX4 remembers beside its vehicle.
 #[derive(Debug)]
@@ -29,6 +33,8 @@ pub(crate) struct Px4 {
     home: [f64; 3],
     was_armed: bool,
     was_landed: bool,
+    /// When its gripper counts as open, since it was told to open.
+    gripper_opens: Option<Time>,
 }
 
 impl Px4 {
@@ -41,6 +47,7 @@ impl Px4 {
             home: [0.0; 3],
             was_armed: false,
             was_landed: true,
+            gripper_opens: None,
         }
     }
 }
@@ -61,6 +68,9 @@ pub(crate) fn take_in(fake: &mut FakeAutopilot, received: &Received, from: (u8, 
             let result = set_mode(fake, mode(params[1] as u32, params[2] as u32), now);
             fake.acknowledge(176, result, from, now.time + Duration::from_millis(8));
         }
+        Received::Command { command: 211, .. } => open_gripper(fake, from, now),
+        // No module of its answers.
+        Received::Command { command: 42600, .. } => {}
         Received::Command { command, params, .. } => {
             let result = obey(fake, *command, params, now);
             fake.acknowledge(*command, result, from, now.time);
@@ -79,7 +89,8 @@ fn obey(fake: &mut FakeAutopilot, command: u16, params: &[f32; 7], now: Now) -> 
         400 if params[0] == 1.0 => {
             let intended = own(fake).intended;
             // It does not arm in these, and not without what a flight needs.
-            if intended == LAND || (intended == OFFBOARD && !has_stream(fake, now.time)) || !is_ready(fake) {
+            if LANDINGS.contains(&intended) || (intended == OFFBOARD && !has_stream(fake, now.time)) || !is_ready(fake)
+            {
                 return 1;
             }
             if fake.command(Command::Arm(v1::Arm {}), now) { 0 } else { 1 }
@@ -100,14 +111,22 @@ fn obey(fake: &mut FakeAutopilot, command: u16, params: &[f32; 7], now: Now) -> 
             0
         }
         21 => set_mode(fake, LAND, now),
-        211 => {
-            if fake.command(Command::Release(v1::ReleaseCommand {}), now) {
-                0
-            } else {
-                4
-            }
-        }
         _ => 3,
+    }
+}
+
+/// The gripper has no sensor: it counts as open after `PD_GRIPPER_TO`.
+fn open_gripper(fake: &mut FakeAutopilot, from: (u8, u8), now: Now) {
+    const MOVES: Duration = Duration::from_secs(1);
+    match own(fake).gripper_opens {
+        Some(at) => fake.acknowledge(211, u8::from(now.time < at), from, now.time),
+        None => {
+            let opens = now.time + MOVES;
+            own(fake).gripper_opens = Some(opens);
+            fake.command(Command::Release(v1::ReleaseCommand {}), now);
+            fake.acknowledge(211, 5, from, now.time);
+            fake.acknowledge(211, 0, from, opens);
+        }
     }
 }
 
@@ -127,10 +146,11 @@ pub(crate) fn set_mode(fake: &mut FakeAutopilot, asked: u32, now: Now) -> u8 {
     let done = match asked {
         LOITER => fake.loiter(now),
         OFFBOARD => fake.offboard(now) || !fake.is_armed(),
-        LAND => {
+        LAND | PRECISION_LAND => {
             let before = own(fake).intended;
             own(fake).before_landing = before;
-            fake.command(Command::Land(v1::LandCommand::default()), now) || fake.is_landed()
+            let on_target = asked == PRECISION_LAND;
+            fake.command(Command::Land(v1::LandCommand { on_target }), now) || fake.is_landed()
         }
         // A pilot's mode, or a return: the vehicle stays where it is.
         _ => fake.loiter(now),
@@ -154,7 +174,7 @@ pub(crate) fn fly(fake: &mut FakeAutopilot, _now: Now) {
     if it.intended == TAKEOFF && it.was_armed && armed && actual == v1::FlightMode::Loiter {
         it.intended = LOITER;
     }
-    if !armed && it.was_armed && it.intended == LAND {
+    if !armed && it.was_armed && LANDINGS.contains(&it.intended) {
         it.intended = it.before_landing;
     }
     it.was_armed = armed;
@@ -180,6 +200,7 @@ pub(crate) fn modes(fake: &mut FakeAutopilot) -> Modes {
         false => 2,
     };
     Modes {
+        lands_precisely: false,
         autopilot: 12,
         custom_mode,
         intended: it.intended,
@@ -189,7 +210,7 @@ pub(crate) fn modes(fake: &mut FakeAutopilot) -> Modes {
             (false, false) => 3,
         },
         landed: landed_state,
-        prearm: ready && it.intended != LAND && it.intended != OFFBOARD,
+        prearm: ready && !LANDINGS.contains(&it.intended) && it.intended != OFFBOARD,
         has_position: true,
         home: it.home,
         target: None,

@@ -84,6 +84,8 @@ pub(crate) struct Modes {
     pub(crate) system_status: u8,
     pub(crate) landed: u8,
     pub(crate) prearm: bool,
+    /// PLND_ENABLED.
+    pub(crate) lands_precisely: bool,
     /// Whether a position is sent.
     pub(crate) has_position: bool,
     /// Where it was armed last, as it is in the local frame.
@@ -120,12 +122,18 @@ pub(crate) fn messages(
             let sick = bad(kittiwake_proto::v1::FailureFlag::GnssLost, 5)
                 | bad(kittiwake_proto::v1::FailureFlag::Battery, 25)
                 | if modes.prearm { 0 } else { 1 << 28 };
-            payload.u32(USED).u32(USED).u32(USED & !sick).u16(100);
+            // A sensor for precision landing is healthy while it sees something.
+            let used = USED | u32::from(modes.lands_precisely) << 7;
+            payload.u32(used).u32(used).u32(USED & !sick).u16(100);
             payload.u16((vehicle.battery.voltage_v * 1e3) as u16).u16((vehicle.battery.current_a() * 100.0) as u16);
             payload.bytes(&[0; 12]).bytes(&[(vehicle.battery.remaining * 100.0) as u8]);
         }
         2 => {
             payload.u32(0).u32(0).u32(boot_ms);
+        }
+        // Only its coming counts.
+        149 if vehicle.status.landing_target_seen == Some(true) => {
+            payload.bytes(&[0; 60]);
         }
         24 => {
             let fix = if vehicle.status.failures().any(|it| it == kittiwake_proto::v1::FailureFlag::GnssLost) {

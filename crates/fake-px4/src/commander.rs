@@ -23,6 +23,11 @@ const ACCEPTED: u8 = 0;
 const TEMPORARILY_REJECTED: u8 = 1;
 const UNSUPPORTED: u8 = 3;
 
+/// In these it does not arm, and once it has disarmed the mode from before comes back.
+fn lands(mode: NavState) -> bool {
+    mode == NavState::LAND || mode == NavState::PRECISION_LAND
+}
+
 #[derive(Debug)]
 pub(crate) struct Commander {
     pub(crate) intended: NavState,
@@ -75,7 +80,7 @@ impl Default for Commander {
 impl Commander {
     /// Somebody selects a mode.
     pub(crate) fn select(&mut self, mode: NavState) {
-        if mode == NavState::LAND && self.intended != NavState::LAND {
+        if lands(mode) && !lands(self.intended) {
             self.before_landing = self.intended;
         }
         self.intended = mode;
@@ -95,6 +100,7 @@ impl FakePx4 {
                     (6, _) => NavState::OFFBOARD,
                     (4, 3) => NavState::LOITER,
                     (4, 5) => NavState::RETURN,
+                    (4, 9) => NavState::PRECISION_LAND,
                     (3, _) => NavState(2),
                     _ => return UNSUPPORTED,
                 };
@@ -136,7 +142,7 @@ impl FakePx4 {
     /// Whether it would arm in the mode of the moment.
     pub(crate) fn checks_pass(&self) -> bool {
         let suits = match self.commander.intended {
-            NavState::LAND => false,
+            it if lands(it) => false,
             NavState::OFFBOARD => self.is_fresh(),
             _ => true,
         };
@@ -147,7 +153,7 @@ impl FakePx4 {
     pub(crate) fn review(&mut self) {
         let armed = self.is_armed();
         let body = self.newest.status.clone();
-        if self.commander.was_armed && !armed && self.commander.intended == NavState::LAND {
+        if self.commander.was_armed && !armed && lands(self.commander.intended) {
             self.commander.intended = self.commander.before_landing;
         }
         self.commander.was_armed = armed;
@@ -187,7 +193,7 @@ impl FakePx4 {
             _ => Some(NavState::LAND),
         };
         let lost = self.commander.intended == NavState::OFFBOARD && !self.is_fresh();
-        let lands = self.commander.intended == NavState::LAND;
+        let lands = lands(self.commander.intended);
         let fence = self.commander.breached.then_some(NavState::LOITER);
         // "Already landing": nothing weaker than a landing is flown instead.
         battery
@@ -216,6 +222,7 @@ impl FakePx4 {
         match actual {
             NavState::TAKEOFF => self.order(Command::Takeoff { height_m: self.commander.takeoff_m }),
             NavState::LAND | NavState::DESCEND => self.order(Command::Land),
+            NavState::PRECISION_LAND => self.order(Command::LandOnTarget),
             NavState::OFFBOARD | NavState::RETURN => self.order(Command::Offboard),
             _ => self.order(Command::Loiter),
         }

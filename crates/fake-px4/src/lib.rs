@@ -24,9 +24,11 @@ use px4_bridge::port::{Arrival, Port};
 use vehicle_sim::VehicleSim;
 
 mod commander;
+mod gripper;
 mod report;
 
 use commander::Commander;
+use gripper::Gripper;
 
 /// Its health checks run ten times a second.
 const CHECK: Duration = Duration::from_millis(100);
@@ -38,6 +40,9 @@ const STATUS_IS_LATE: Duration = Duration::from_millis(20);
 const STATUS: Duration = Duration::from_millis(450);
 /// The topics that it listens to, of those that matter here.
 const INPUTS: [&str; 3] = ["vehicle_command", "offboard_control_mode", "trajectory_setpoint"];
+
+/// Where the target of a landing is.
+const TARGET: &str = "landing_target_pose";
 
 /// What somebody does to it who is not Kittiwake.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,6 +61,13 @@ pub enum Trouble {
     Mute(&'static str),
     /// All topics are sent again.
     Unmute,
+    /// It sends where the target of a landing is, and sees it or does not. By default it does not send that.
+    Target {
+        /// Whether it sees it.
+        seen: bool,
+    },
+    /// Its gripper is not enabled (`PD_GRIPPER_TYPE` -1).
+    HasNoGripper,
     /// Without setpoints it flies this (`COM_OBL_RC_ACT`): by default it returns.
     WithoutSetpoints(NavState),
 }
@@ -81,6 +93,8 @@ pub struct FakePx4 {
     /// Every command that came: its number and its first two parameters.
     commands: Vec<(Time, u64, f64, f64)>,
     setpoints: u64,
+    gripper: Gripper,
+    sees_target: bool,
 }
 
 /// The newest of the body's telemetry.
@@ -110,6 +124,8 @@ impl FakePx4 {
             last_status: BTreeMap::new(),
             commands: Vec::new(),
             setpoints: 0,
+            gripper: Gripper::Grabbed,
+            sees_target: false,
         };
         px4.declare(true);
         px4
@@ -127,6 +143,10 @@ impl FakePx4 {
         }
         if self.next_check <= now {
             self.next_check = now + CHECK;
+            self.move_gripper();
+            if self.sees_target && self.is_armed() {
+                self.send(TARGET, |sample| sample.set_flag("abs_pos_valid", true));
+            }
             self.armed_for += if self.is_armed() { CHECK } else { Duration::ZERO };
             self.review();
         }
@@ -144,14 +164,15 @@ impl FakePx4 {
 
     /// The tokens that it declares at its start.
     pub fn tokens(&self) -> Vec<String> {
-        let token = |topic: &&str| {
-            let it = self.definitions.newest(topic)?;
-            Some(format!(
-                "@ros2_lv/0/00/0/11/MS/%/%/px4_00/%fmu%in%{topic}/px4_msgs::msg::dds_::{}_/RIHS01_{}/::,7:,:,:,,",
-                it.type_name, it.hash
-            ))
-        };
-        INPUTS.iter().filter_map(token).collect()
+        INPUTS.iter().filter_map(|topic| self.token("in", topic)).collect()
+    }
+
+    fn token(&self, way: &str, topic: &str) -> Option<String> {
+        let it = self.definitions.newest(topic)?;
+        Some(format!(
+            "@ros2_lv/0/00/0/11/MS/%/%/px4_00/%fmu%{way}%{topic}/px4_msgs::msg::dds_::{}_/RIHS01_{}/::,7:,:,:,,",
+            it.type_name, it.hash
+        ))
     }
 
     /// A sample has arrived.
@@ -174,13 +195,13 @@ impl FakePx4 {
                 self.commands.push((now, command, p1, p2));
                 let (p3, p7) = (number("param3"), number("param7"));
                 let from = (number("source_system"), number("source_component"));
-                let result = self.command(command, [p1, p2, p3, p7]);
-                self.send("vehicle_command_ack", |ack| {
-                    ack.set_number("command", command as f64)?;
-                    ack.set_number("result", f64::from(result))?;
-                    ack.set_number("target_system", from.0)?;
-                    ack.set_number("target_component", from.1)
-                });
+                match command {
+                    gripper::COMMAND => self.command_gripper(p2, from),
+                    _ => {
+                        let result = self.command(command, [p1, p2, p3, p7]);
+                        self.acknowledge(command, result, from);
+                    }
+                }
                 self.review();
             }
             "offboard_control_mode" => self.commander.alive_at = Some(now),
@@ -215,6 +236,12 @@ impl FakePx4 {
             Trouble::Fence(radius_m) => self.commander.fence_m = radius_m,
             Trouble::Mute(topic) => self.muted.push(topic),
             Trouble::Unmute => self.muted.clear(),
+            Trouble::Target { seen } => {
+                let key = self.token("out", TARGET).expect("a topic of the table");
+                self.outgoing.push((self.now, Arrival::Token { key, alive: true }));
+                self.sees_target = seen;
+            }
+            Trouble::HasNoGripper => self.gripper = Gripper::Missing,
             Trouble::WithoutSetpoints(mode) => self.commander.without_setpoints = mode,
             Trouble::Restarts => {
                 self.declare(false);
@@ -248,6 +275,15 @@ impl FakePx4 {
     /// Whether its motors may turn.
     pub fn is_armed(&self) -> bool {
         self.newest.status.armed
+    }
+
+    fn acknowledge(&mut self, command: u64, result: u8, from: (f64, f64)) {
+        self.send("vehicle_command_ack", |ack| {
+            ack.set_number("command", command as f64)?;
+            ack.set_number("result", f64::from(result))?;
+            ack.set_number("target_system", from.0)?;
+            ack.set_number("target_component", from.1)
+        });
     }
 
     fn declare(&mut self, alive: bool) {

@@ -421,8 +421,9 @@ impl Witness {
     }
 
     fn let_go(&mut self, gripper: v1::Gripper) {
-        let held = std::mem::replace(&mut self.gripper, gripper) == v1::Gripper::Holding;
-        if held && gripper == v1::Gripper::Released {
+        let before = std::mem::replace(&mut self.gripper, gripper);
+        let may_have_held = matches!(before, v1::Gripper::Holding | v1::Gripper::Silent);
+        if may_have_held && gripper == v1::Gripper::Released {
             self.released.extend(self.position);
         }
     }

@@ -3,7 +3,7 @@
 use control_tower::policy::Policy;
 use fake_autopilots::bridged::BRIDGE_DIES;
 use fake_autopilots::wire::Faults;
-use fake_autopilots::{BATTERY_FAILSAFE, Kind};
+use fake_autopilots::{BATTERY_FAILSAFE, Kind, PRECISION_LANDING};
 use kittiwake_proto::v1::MissionOutcome;
 use simulation::Simulation;
 
@@ -78,15 +78,30 @@ fn a_skill_that_is_a_command_is_carried_out_by_the_autopilot() {
 }
 
 #[test]
-fn a_load_is_released_over_an_autopilot_that_tells_of_its_gripper() {
-    let mut simulation = to_a_buoy("drop", "drop = true", Kind::ArduPilot);
-    let report = fly(&mut simulation);
-    assert_success(&simulation, &report);
-    assert_eq!(simulation.loads_released_at().len(), 1, "{}", simulation.decision_log());
-    let mut simulation = to_a_buoy("drop", "drop = true", Kind::Px4);
-    let report = fly(&mut simulation);
-    assert_eq!(report.outcome(), MissionOutcome::Failure, "{}", simulation.decision_log());
-    assert!(report.reason.contains("the autopilot reports no gripper"), "{}", report.reason);
+fn a_load_is_released_over_both_autopilots() {
+    for kind in BOTH {
+        let mut simulation = to_a_buoy("drop", "drop = true", kind);
+        let report = fly(&mut simulation);
+        assert_success(&simulation, &report);
+        assert_eq!(simulation.loads_released_at().len(), 1, "{kind:?}\n{}", simulation.decision_log());
+    }
+}
+
+#[test]
+fn a_landing_whose_target_is_lost_is_tried_again_and_fails_the_objective() {
+    let text = "name = \"deck\"
+        [[objective]]\nname = \"away\"\nnorth_m = 0\neast_m = 60\nheight_m = 10\nflying = true
+        [[objective]]\nname = \"deck\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\nland_on_target = true\n";
+    let file = crate::stories::support::mission_file("deck", text);
+    for (hidden_below_m, outcome, losses) in [("0", MissionOutcome::Success, 0), ("8", MissionOutcome::Failure, 3)] {
+        let mut simulation = mission(Some(&file), Kind::ArduPilot, Policy::Grant, Faults::default(), None, None);
+        simulation.inject_fault(PRECISION_LANDING, &[]);
+        simulation.inject_fault("hide_target", &[hidden_below_m]);
+        let report = fly(&mut simulation);
+        let log = simulation.decision_log();
+        let found = (report.outcome(), log.matches("`landing_target_lost` raised").count());
+        assert_eq!(found, (outcome, losses), "{}\n{log}", report.reason);
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use domain::geometry::Ned;
 use fake_autopilots::bridged::BRIDGE_DIES;
 use fake_autopilots::wire::Faults;
 use fake_autopilots::{
-    BATTERY_FAILSAFE, FENCE, Kind, LINK_GAP, OTHER_ARMS, OTHER_SETS_MODE, OTHER_SETS_TARGET, RESTART,
+    BATTERY_FAILSAFE, FENCE, Kind, LINK_GAP, OTHER_ARMS, OTHER_SETS_MODE, OTHER_SETS_TARGET, PRECISION_LANDING, RESTART,
 };
 use kittiwake_proto::v1::{self, FlightMode, TaskState, vehicle_command::Command};
 
@@ -66,6 +66,55 @@ fn a_flight_from_the_ground_to_the_ground() {
 }
 
 #[test]
+fn a_landing_on_a_target_says_whether_it_sees_it_and_is_refused_without_precision_landing() {
+    const LAND_ON_TARGET: Command = Command::Land(v1::LandCommand { on_target: true });
+    #[track_caller]
+    fn check(rig: &mut Rig, seconds: f64, seen: Option<bool>) {
+        rig.pass(seconds);
+        assert_eq!(rig.status().landing_target_seen, seen, "{:?}", rig.status());
+    }
+    let mut rig = Rig::new(Kind::ArduPilot);
+    rig.airborne();
+    let refused = "the autopilot has no precision landing: its PLND_ENABLED is 0";
+    assert_eq!(rig.command(LAND_ON_TARGET), Err(refused.into()));
+    rig.fault(PRECISION_LANDING, "");
+    rig.pass(1.0);
+    assert_eq!(rig.command(LAND_ON_TARGET), Ok(()));
+    check(&mut rig, 1.0, Some(true));
+    rig.fault("hide_target", 100);
+    check(&mut rig, 1.5, Some(true));
+    check(&mut rig, 1.0, Some(false));
+    assert_eq!(rig.command(LOITER), Ok(()));
+    check(&mut rig, 1.0, None);
+    // It may see it again farther down.
+    assert_eq!(rig.command(LAND_ON_TARGET), Ok(()));
+    check(&mut rig, 1.0, None);
+    rig.fault("hide_target", 0);
+    check(&mut rig, 0.5, Some(true));
+    // A landing where it is looks for nothing.
+    assert_eq!(rig.command(LOITER), Ok(()));
+    assert_eq!(rig.command(LAND), Ok(()));
+    check(&mut rig, 0.5, None);
+}
+
+#[test]
+fn a_landing_on_a_target_says_whether_it_is_seen() {
+    let mut rig = Rig::new(Kind::Px4);
+    rig.airborne();
+    assert_eq!(rig.command(Command::Land(v1::LandCommand { on_target: true })), Ok(()));
+    for (hidden_below_m, seen) in [(0, true), (50, false), (0, true)] {
+        rig.fault("hide_target", hidden_below_m);
+        let says = |it: &Published| it.status.as_ref().is_some_and(|it| it.landing_target_seen == Some(seen));
+        assert!(rig.run(Duration::from_secs(3), says), "{seen}: {:?}", rig.status());
+        assert_eq!(rig.status().actual_mode(), FlightMode::Land);
+    }
+    let down = |it: &Published| it.status.as_ref().is_some_and(|it| !it.armed);
+    assert!(rig.run(Duration::from_secs(60), down), "{:?}", rig.status());
+    rig.ready();
+    assert!(rig.status().landing_target_seen.is_none() && !rig.status().commanded_by_other, "{:?}", rig.status());
+}
+
+#[test]
 fn a_winch_that_is_interrupted_stops_or_it_is_said_that_it_goes_on() {
     /// How a task ends that is interrupted after three seconds, by this action of DO_WINCH.
     #[track_caller]
@@ -94,7 +143,9 @@ fn a_winch_that_is_interrupted_stops_or_it_is_said_that_it_goes_on() {
     }
     let goes_on = "the command that ends it is refused by the autopilot: failed: it may go on";
     check(Kind::ArduPilot, Faults::default(), LOCKS, ("error", goes_on));
-    check(Kind::Px4, Faults::default(), STOPS, ("refused", "the command is refused by the autopilot: unsupported"));
+    // PX4 does not answer this command.
+    let unanswered = "the command that ends it is not acknowledged by the autopilot: it may go on";
+    check(Kind::Px4, Faults::default(), STOPS, ("error", unanswered));
 }
 
 #[test]

@@ -92,6 +92,8 @@ pub enum Gripper {
     Holding,
     /// It is open, and holds none.
     Released,
+    /// There may be one: what it does is known once it has acknowledged a command, which it does after it has moved.
+    Silent,
 }
 
 /// As users read it.
@@ -100,6 +102,7 @@ impl std::fmt::Display for Gripper {
         f.write_str(match self {
             Gripper::Holding => "holds its load",
             Gripper::Released => "is open",
+            Gripper::Silent => "does not say that it has opened",
         })
     }
 }

@@ -469,7 +469,8 @@ mod tests {
     fn state() -> impl Strategy<Value = State> {
         let permissions = prop::collection::btree_set(name(), 0..3);
         let charge = prop::option::of((0.0..=1.0).prop_map(|it| Fraction::try_from(it).unwrap()));
-        let gripper = prop::option::of(prop::sample::select(vec![Gripper::Holding, Gripper::Released]));
+        let gripper =
+            prop::option::of(prop::sample::select(vec![Gripper::Holding, Gripper::Released, Gripper::Silent]));
         let done = prop::collection::vec(task(), 0..3);
         (ned(), any::<bool>(), prop::option::of(mode()), permissions, charge, gripper, done).prop_map(
             |(position, flying, mode, permissions, charge, gripper, done)| State {

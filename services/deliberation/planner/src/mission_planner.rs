@@ -319,6 +319,7 @@ impl MissionPlanner {
             (Goal::Release { .. }, Some(objective)) if state.gripper == Some(Gripper::Released) => {
                 objective.release_seen()
             }
+            (Goal::LandOnTarget, Some(objective)) if !state.flying => objective.landed_on_target(state.position),
             _ => {}
         }
         if self.has_lost_load(step, state) || !is_end {

@@ -184,6 +184,11 @@ impl Objective {
         self.goal.gripper = None;
     }
 
+    /// It has landed on its target, which need not lie where the mission says: the vehicle stays there.
+    pub(crate) fn landed_on_target(&mut self, place: Ned) {
+        self.goal.position = place.at_height(self.goal.position.height_m());
+    }
+
     /// For how long the vehicle, which is there `now`, stays there yet.
     pub(crate) fn stays_for(&mut self, now: Time) -> Duration {
         let since = *self.dwells_since.get_or_insert(now);

@@ -54,6 +54,8 @@ pub struct Config {
     /// A landing must come down by `landing_least_descent_m` within this mission time, again and again until the land
     /// detector reports the ground; never less than one second of wall time.
     pub landing_stall_s: Positive,
+    /// The same time for a landing on a target, which an autopilot may approach at its height first.
+    pub landing_on_target_stall_s: Positive,
     /// By how much, in metres.
     pub landing_least_descent_m: Positive,
     /// The same time while the height is not known.

@@ -22,6 +22,8 @@ const LAND: u32 = 9;
 
 /// MAV_STATE_STANDBY: started, on the ground.
 const STANDBY: u8 = 3;
+/// MAV_SYS_STATUS_SENSOR_VISION_POSITION. Copter reports its precision landing by it: present with PLND_ENABLED.
+const PRECISION_LANDING: u32 = 1 << 7;
 
 impl Personality for ArduPilot {
     fn name(&self) -> &'static str {
@@ -110,6 +112,10 @@ impl Personality for ArduPilot {
             Command::Takeoff { height_m } => {
                 vec![Step::Mode(GUIDED), Step::Takeoff { height_m, until: Until::Acknowledged }, Step::Climb]
             }
+            Command::LandOnTarget if !vehicle.has_sensor(PRECISION_LANDING) => {
+                return Err("the autopilot has no precision landing: its PLND_ENABLED is 0".into());
+            }
+            // It steers to a target that it sees by itself.
             Command::Land | Command::LandOnTarget => vec![Step::Mode(LAND)],
             // LOITER would fly the sticks of a pilot who is not there. To set GUIDED in GUIDED does nothing: it flies on.
             Command::Loiter => vec![Step::Mode(GUIDED), Step::Stop],
@@ -129,6 +135,10 @@ impl Personality for ArduPilot {
             .then(|| CommandLong::new(command::TAKEOFF, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, above_home_m as f32]))
     }
 
+    fn target_mode(&self) -> Option<u32> {
+        None
+    }
+
     fn mode_params(&self, custom_mode: u32) -> [f32; 2] {
         [custom_mode as f32, 0.0]
     }
@@ -141,11 +151,24 @@ impl Personality for ArduPilot {
         &["ailsafe", "EKF variance", "ence", "Crash", "Terrain", "Vibration", "Dead Reckon"]
     }
 
+    fn acknowledges_gripper(&self) -> bool {
+        false
+    }
+
     /// No message has it. A gripper on a servo says so once its servo has had the time to move, and each time that it is commanded again.
     fn gripper(&self, text: &str) -> Option<Gripper> {
         match text {
             "Gripper load grabbed" => Some(Gripper::Holding),
             "Gripper load released" => Some(Gripper::Released),
+            _ => None,
+        }
+    }
+
+    /// It is lost once it was not seen for 2 s. The last two texts come where it was never seen, too. Copter sends them in every mode.
+    fn landing_target(&self, text: &str) -> Option<bool> {
+        match text.strip_prefix("PrecLand: ")? {
+            "Target Found" | "Init Complete" => Some(true),
+            "Target Lost" | "Init Failed" | "Retrying" | "Failsafe Measures" => Some(false),
             _ => None,
         }
     }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use autopilot::tasks::Tasks;
 use domain::declared_skill::DeclaredSkills;
 use domain::fmu::{Command, CommandAck, CommandId, CommandResult, OffboardControl, Setpoint, VehicleCommand};
 use domain::time::{Now, Time};
@@ -17,7 +18,6 @@ use crate::personality;
 use crate::pictures::{Pictures, Reporter};
 use crate::said::{Said, Speaker};
 use crate::status::Surroundings;
-use crate::tasks::Tasks;
 
 /// The bridge.
 #[derive(Debug)]
@@ -66,8 +66,8 @@ impl Bridge {
 
     /// A task is ordered.
     pub(crate) fn task(&mut self, order: v1::TaskOrder, now: Now, effects: &mut Vec<Effect>) {
-        let said = self.tasks.order(order, now.time);
-        self.say_to_vehicle(said);
+        let ends = self.tasks.order(order, now.time);
+        self.say_to_vehicle(ends.map(Said::from));
         self.act(now, effects);
     }
 
@@ -102,6 +102,7 @@ impl Bridge {
                     camera: picture.camera,
                 };
                 self.pictures.take_in(by, picture, &flown.vehicle, now);
+                self.tasks.picture_reported();
             }
             return;
         }
@@ -113,7 +114,7 @@ impl Bridge {
             if let Heard::Ack(ack) = heard
                 && ack.is_ours(flown.system)
             {
-                self.tasks.acknowledged(ack, now.time);
+                self.tasks.acknowledged(ack.command, ack.result, now.time);
             }
         }
     }
@@ -188,7 +189,9 @@ impl Bridge {
         says.extend(flown.stop_without_setpoints(has_setpoint, now.time).map(Said::Setpoint));
         says.extend(flown.groom(now.time));
         self.pictures.act(now.time, effects);
-        self.tasks.act(problem.is_none(), now.time, &mut says, effects);
+        let mut sends = Vec::new();
+        self.tasks.act(problem.is_none(), now.time, &mut sends, effects);
+        says.extend(sends.into_iter().map(Said::from));
         effects.extend(flown.report(Surroundings { problem, has_setpoint }, &self.config, now.time));
         self.say_to_vehicle(says);
     }
@@ -208,10 +211,13 @@ impl Bridge {
     }
 
     fn say_to_vehicle(&mut self, says: impl IntoIterator<Item = Said>) {
-        let Some(flown) = &self.flown else { return };
-        let frames = says.into_iter().map(|it| match it {
-            Said::Setpoint(target) => self.speaker.frame(Said::Setpoint(flown.in_its_frame(target)), flown.system),
-            it => self.speaker.frame(it, flown.system),
+        let Some(flown) = &mut self.flown else { return };
+        let frames = says.into_iter().map(|it| {
+            flown.told(&it);
+            match it {
+                Said::Setpoint(target) => self.speaker.frame(Said::Setpoint(flown.in_its_frame(target)), flown.system),
+                it => self.speaker.frame(it, flown.system),
+            }
         });
         self.outgoing.extend(frames);
     }

@@ -25,14 +25,28 @@ pub(crate) struct Carrot {
 pub(crate) struct Aim {
     /// The end.
     pub(crate) end: [f64; 3],
-    /// No faster than this.
+    /// No faster than this, nor up and down than these: ArduPilot dives at 5 m/s after a target that does.
     pub(crate) speed_m_s: f64,
-    /// How fast the speed changes on the way to the end.
+    pub(crate) climb_m_s: f64,
+    pub(crate) descent_m_s: f64,
+    /// How fast the speed changes on the way to the end; up and down it changes more slowly.
     pub(crate) acceleration_m_s2: f64,
+    pub(crate) vertical_acceleration_m_s2: f64,
     /// How fast the vehicle can lose the speed that it has in another direction.
     pub(crate) turning_m_s2: f64,
     /// How far the vehicle may be behind: seconds of the target's speed, and of its own: one that moves cannot turn at once.
     pub(crate) lag: Duration,
+}
+
+impl Aim {
+    fn speed_along_m_s(&self, direction: [f64; 3]) -> f64 {
+        let vertical_m_s = if direction[2] < 0.0 { self.climb_m_s } else { self.descent_m_s };
+        self.speed_m_s.min(vertical_m_s / direction[2].abs())
+    }
+
+    fn acceleration_along_m_s2(&self, direction: [f64; 3]) -> f64 {
+        self.acceleration_m_s2.min(self.vertical_acceleration_m_s2 / direction[2].abs())
+    }
 }
 
 /// Farther behind than the lag allows by this, the vehicle is not following. (ENG: gusts and overshoot.)
@@ -61,13 +75,14 @@ impl Carrot {
         self.watch(aim, direction, vehicle, now);
         let along_m_s = dot(self.velocity, direction);
         let beside_m_s = length(difference(self.velocity, direction.map(|it| it * along_m_s)));
-        let braking_m_s = (2.0 * aim.acceleration_m_s2 * left_m).sqrt();
-        let wanted_m_s = if self.behind.is_some() { 0.0 } else { aim.speed_m_s.min(braking_m_s) };
+        let acceleration_m_s2 = aim.acceleration_along_m_s2(direction);
+        let braking_m_s = (2.0 * acceleration_m_s2 * left_m).sqrt();
+        let wanted_m_s = if self.behind.is_some() { 0.0 } else { aim.speed_along_m_s(direction).min(braking_m_s) };
         let is_on_its_way = 0.0 <= along_m_s && beside_m_s <= aim.turning_m_s2 * dt_s;
         let most_m_s2 = match is_on_its_way {
             false => aim.turning_m_s2,
-            true if along_m_s < wanted_m_s => aim.acceleration_m_s2,
-            true => 2.0 * aim.acceleration_m_s2,
+            true if along_m_s < wanted_m_s => acceleration_m_s2,
+            true => 2.0 * acceleration_m_s2,
         };
         let most_m_s = most_m_s2 * dt_s;
         let arrives = left_m <= along_m_s * dt_s && along_m_s <= braking_m_s + most_m_s;
@@ -113,7 +128,10 @@ mod tests {
     const AIM: Aim = Aim {
         end: [0.0, 30.0, -10.0],
         speed_m_s: 2.0,
+        climb_m_s: 3.0,
+        descent_m_s: 1.5,
         acceleration_m_s2: 2.0,
+        vertical_acceleration_m_s2: 1.0,
         turning_m_s2: 2.0,
         lag: Duration::from_millis(2_500),
     };
@@ -258,6 +276,23 @@ mod tests {
                 assert!(position[2] <= before_m, "{position:?}");
             }
             assert_eq!(carrot.position, aim.end);
+        }
+    }
+
+    #[test]
+    fn it_climbs_and_sinks_no_faster_than_the_vehicle_may() {
+        let mut carrot = Carrot::new(&resting(0.0, 0.0), at(0));
+        let mut ms = 0;
+        for (end, most_m_s) in [([0.0, 0.0, -40.0], 3.0), ([0.0, 0.0, -3.0], 1.5), ([0.0, 30.0, -33.0], 3.0)] {
+            let mut fastest_m_s: f64 = 0.0;
+            for _ in 0..800 {
+                ms += 50;
+                let vehicle = LocalPosition { boot_ms: 0, position: carrot.position, velocity: carrot.velocity };
+                let (_, velocity) = carrot.advance(&Aim { end, ..AIM_FAST }, Some(&vehicle), at(ms));
+                fastest_m_s = fastest_m_s.max(velocity[2].abs());
+            }
+            assert!((fastest_m_s - most_m_s).abs() < 0.01, "{fastest_m_s} m/s to {end:?}");
+            assert_eq!(carrot.position, end);
         }
     }
 

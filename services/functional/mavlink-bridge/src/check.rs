@@ -53,6 +53,12 @@ const PX4: &[Expectation] = &[
     ),
     row("COM_DISARM_PRFLT", |it| 5.0 <= it || it < 0.0, Some(10.0), "5 s or more: a takeoff follows the arming"),
     row("MPC_XY_VEL_MAX", |it| 10.0 <= it, None, "10 m/s or more: the planner counts on it (`cruise_m_s`)"),
+    row(
+        "PLD_BTOUT",
+        |it| 4.0 <= it,
+        Some(5.0),
+        "4 s or more: `landing_target_lost` answers 3 s after a target is lost; PX4 then searches by itself",
+    ),
 ];
 
 const ARDUPILOT: &[Expectation] = &[
@@ -88,7 +94,7 @@ const ARDUPILOT: &[Expectation] = &[
         "PLND_STRICT",
         |it| it == 0.0,
         Some(0.0),
-        "0 where PLND_ENABLED is set: else a landing that loses its target waits for longer than ours may stand still",
+        "0 where PLND_ENABLED is set: with 1 every landing without a target waits for 7 s at 8 m, with 2 for ever",
     ),
     row("WPNAV_SPEED", |it| 1000.0 <= it, None, "1000 cm/s or more: the planner counts on it (`cruise_m_s`)"),
 ];

@@ -32,8 +32,14 @@ pub struct Config {
     pub setpoint_age_limit_s: Positive,
     /// The vehicle's own limits, by which a target is moved: over ground.
     pub cruise_m_s: Positive,
+    /// The same up and down.
+    pub climb_m_s: Positive,
+    /// See `climb_m_s`.
+    pub descent_m_s: Positive,
     /// How fast a moving target gains and loses speed.
     pub acceleration_m_s2: Positive,
+    /// The same up and down.
+    pub vertical_acceleration_m_s2: Positive,
     /// A vehicle that stays behind its moving target by more than it should, for this long, does not fly its setpoints.
     pub unflown_s: Positive,
     /// A position that changes by more than this beyond what the speed explains has jumped.

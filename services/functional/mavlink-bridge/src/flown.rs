@@ -2,7 +2,10 @@
 
 use std::time::Duration;
 
-use domain::fmu::{Author, Command, CommandId, CommandResult, FlightMode, ModeObserver, Seen, Setpoint};
+use autopilot::command::NumberedCommand;
+use autopilot::gripper::SilentGripper;
+use autopilot::target;
+use domain::fmu::{Author, Command, CommandId, CommandResult, FlightMode, Gripper, ModeObserver, Seen, Setpoint};
 use domain::geodesy::AutopilotFrame;
 use domain::geometry::Ned;
 use domain::time::{Now, Time};
@@ -12,6 +15,7 @@ use crate::config::Config;
 use crate::epoch::{Break, Epoch};
 use crate::grooming::Grooming;
 use crate::heard::{Ack, Echo, Heard};
+use crate::landing_target::LandingTarget;
 use crate::order::Order;
 use crate::personality::{Personality, Submode};
 use crate::procedure::{Act, Around, Procedure};
@@ -42,6 +46,8 @@ pub(crate) struct Flown {
     procedure: Option<Procedure>,
     pub(crate) setpoints: Setpoints,
     grooming: Grooming,
+    pub(crate) landing_target: LandingTarget,
+    gripper: SilentGripper,
     /// It is not known yet whether setpoints were passed on before this process was started.
     pub(crate) adopts: bool,
     /// When all limits were looked at last.
@@ -85,6 +91,8 @@ impl Flown {
             procedure: None,
             setpoints: Setpoints::default(),
             grooming: Grooming::new(),
+            landing_target: LandingTarget::default(),
+            gripper: SilentGripper::default(),
             adopts: true,
             looked_at: now,
             reporter: Reporter::default(),
@@ -110,8 +118,10 @@ impl Flown {
         let was_armed = self.vehicle.is_armed();
         let was_in_air = self.vehicle.landed.is_some_and(|(_, it)| it == landed::IN_AIR);
         self.vehicle.take_in(heard, now.time);
-        if was_armed && !self.vehicle.is_armed() {
-            self.disarmed(was_in_air);
+        match (was_armed, self.vehicle.is_armed()) {
+            (true, false) => self.disarmed(was_in_air),
+            (false, true) => self.gripper.armed(),
+            _ => {}
         }
         effects.extend(telemetry::published(heard, &self.vehicle, now));
         match heard {
@@ -125,9 +135,13 @@ impl Flown {
             Heard::Origin(_) => self.streams.heard_origin(),
             Heard::Heartbeat(_) | Heard::CurrentMode { .. } => self.reporter.has_news = true,
             Heard::Target(echo) => self.echoed(*echo, now.time),
+            Heard::LocalPosition(it) => self.landing_target.descends(it.velocity[2], now.time),
             Heard::Text { severity, text } => {
                 tracing::info!(severity, "the autopilot says: {text}");
                 self.vehicle.gripper = self.personality.gripper(text).or(self.vehicle.gripper);
+                if let Some(is_seen) = self.personality.landing_target(text) {
+                    self.landing_target.told(is_seen, now.time);
+                }
                 self.reporter.has_news = true;
             }
             _ => {}
@@ -163,6 +177,9 @@ impl Flown {
     fn acknowledged(&mut self, ack: Ack, now: Time) {
         if ack.is_ours(self.system) {
             self.streams.acknowledged(ack);
+            if self.gripper.acknowledged(ack.command, ack.result) {
+                self.reporter.has_news = true;
+            }
             if let Some(procedure) = &mut self.procedure {
                 procedure.acknowledged(ack, now);
             }
@@ -178,6 +195,30 @@ impl Flown {
         matches!(heard, Heard::Heartbeat(it) if it.system_status == BOOT) && before.is_some_and(|it| STANDBY <= it)
     }
 
+    /// What its gripper does, if that is known, or will be once it is commanded.
+    pub(crate) fn gripper(&self) -> Option<Gripper> {
+        self.vehicle.gripper.or(self.personality.acknowledges_gripper().then(|| self.gripper.state()))
+    }
+
+    /// Whether it sees the target of the present landing, if it `lands`; `None` if that is not on a target, or it does not tell.
+    pub(crate) fn landing_target_seen(&self, lands: bool, now: Time) -> Option<bool> {
+        match self.personality.target_mode() {
+            Some(mode) => {
+                let lands = self.vehicle.is_armed() && self.vehicle.custom_mode() == Some(mode);
+                (lands && !self.vehicle.is_on_ground()).then(|| target::is_seen(self.vehicle.target_heard, now))
+            }
+            None => self.landing_target.is_seen(now).filter(|_| lands),
+        }
+    }
+
+    /// This is sent to it.
+    pub(crate) fn told(&mut self, said: &Said) {
+        if let Said::Command { command: CommandLong { command, params }, confirmation } = *said {
+            let params = params.map(f64::from);
+            self.gripper.sent(&NumberedCommand { number: command, params, repeats: confirmation });
+        }
+    }
+
     /// The autopilot was started again: nothing earlier holds.
     fn restart(&mut self, now: Time) {
         tracing::warn!("the autopilot was started again");
@@ -187,6 +228,8 @@ impl Flown {
         self.streams.restart();
         self.setpoints.end();
         self.grooming = Grooming::new();
+        self.landing_target = LandingTarget::default();
+        self.gripper = SilentGripper::default();
         self.set_submode(Submode::Holding, now);
     }
 
@@ -229,6 +272,7 @@ impl Flown {
         }
         let steps = self.personality.steps(command, &self.vehicle)?;
         self.adopts = false;
+        self.landing_target.landing_ends();
         if matches!(command, Command::Arm | Command::Takeoff { .. } | Command::Land | Command::LandOnTarget) {
             self.setpoints.forget();
         }
@@ -285,6 +329,9 @@ impl Flown {
         match &result {
             CommandResult::Accepted => {
                 tracing::info!("{command}: done");
+                if command == Command::LandOnTarget {
+                    self.landing_target.landing_begins(now);
+                }
                 if matches!(command, Command::Loiter | Command::Land | Command::LandOnTarget | Command::Takeoff { .. })
                 {
                     self.setpoints.end();

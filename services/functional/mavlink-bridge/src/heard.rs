@@ -4,6 +4,7 @@
 //! it does not know, and a heartbeat of a newer type or an acknowledgement of an unknown command would be lost. Offsets are those of
 //! the wire: by size of the field, extensions at the end.
 
+use autopilot::picture::roll_pitch_yaw;
 use domain::geodesy::LatLon;
 use mavlink::dialects::ardupilotmega::MavMessage;
 use mavlink::{MavlinkVersion, Message as _};
@@ -38,6 +39,8 @@ pub enum Heard {
         /// What it says.
         text: String,
     },
+    /// It sees the target of a landing: LANDING_TARGET, which PX4 sends as long as it does.
+    LandingTarget,
     /// Where it is in its local frame.
     LocalPosition(LocalPosition),
     /// Where it is on the globe.
@@ -122,18 +125,6 @@ impl Ack {
     /// Whether it answers our command to the autopilot of `system`. One without a target is of an older autopilot.
     pub(crate) fn is_ours(&self, system: u8) -> bool {
         self.target == (0, 0) || self.target == (system, OUR_COMPONENT)
-    }
-}
-
-/// A MAV_RESULT that is a refusal.
-pub(crate) fn in_words(result: u8) -> &'static str {
-    match result {
-        1 => "temporarily rejected",
-        2 => "denied",
-        3 => "unsupported",
-        4 => "failed",
-        6 => "cancelled",
-        _ => "refused",
     }
 }
 
@@ -299,6 +290,7 @@ pub fn heard(frame: &Frame) -> Option<Heard> {
             place: None,
             attitude_rad: None,
         }),
+        149 => Heard::LandingTarget,
         147 => battery(&bytes)?,
         180 => feedback(&bytes)?,
         263 => captured(&bytes)?,
@@ -431,18 +423,6 @@ fn place(at: [u32; 2], altitude_m: f64) -> Option<[f64; 3]> {
     let [latitude_deg, longitude_deg] = at.map(|it| degrees(it as i32));
     let is_known = at != [0, 0] && LatLon::new(latitude_deg, longitude_deg).is_ok() && altitude_m.is_finite();
     is_known.then_some([latitude_deg, longitude_deg, altitude_m])
-}
-
-/// The angles of a rotation (w, x, y, z); `None` if the numbers are not one.
-fn roll_pitch_yaw(q: [f64; 4]) -> Option<[f64; 3]> {
-    let length = q.iter().map(|it| it * it).sum::<f64>().sqrt();
-    let [w, x, y, z] = q.map(|it| it / length);
-    ((length - 1.0).abs() < 0.01).then(|| {
-        let roll = (2.0 * (w * x + y * z)).atan2(1.0 - 2.0 * (x * x + y * y));
-        let pitch = (2.0 * (w * y - z * x)).clamp(-1.0, 1.0).asin();
-        let yaw = (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z));
-        [roll, pitch, yaw]
-    })
 }
 
 fn degrees(tenths_of_micro: i32) -> f64 {

@@ -54,6 +54,9 @@ pub(crate) trait Personality: std::fmt::Debug + Send {
     /// is needed for it was not heard since the vehicle was armed.
     fn takeoff(&self, height_m: f64, vehicle: &Vehicle, now: Time) -> Option<CommandLong>;
 
+    /// The mode that lands on a target, during which LANDING_TARGET tells whether that is seen.
+    fn target_mode(&self) -> Option<u32>;
+
     /// The mode that DO_SET_MODE is to set, as its parameters 2 and 3.
     fn mode_params(&self, custom_mode: u32) -> [f32; 2];
 
@@ -64,8 +67,14 @@ pub(crate) trait Personality: std::fmt::Debug + Send {
     /// The texts that come with a failsafe of its own.
     fn failsafe_texts(&self) -> &'static [&'static str];
 
+    /// Whether it says what the gripper does only by acknowledging a command, after that has moved.
+    fn acknowledges_gripper(&self) -> bool;
+
     /// What the gripper does, where this text says so.
     fn gripper(&self, text: &str) -> Option<Gripper>;
+
+    /// Whether it sees the target of a landing, where this text says so.
+    fn landing_target(&self, text: &str) -> Option<bool>;
 
     /// How it maps the Earth about this origin: its metres are not quite ours.
     fn local_frame(&self, origin: LatLon) -> AutopilotFrame;

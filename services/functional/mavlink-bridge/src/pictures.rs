@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use autopilot::picture::utc_ms;
 use domain::time::{Now, Time};
 use kittiwake_proto::v1;
 use node::Effect;
@@ -75,9 +76,7 @@ impl Pictures {
 }
 
 fn picture(said: &Picture, vehicle: &Vehicle, now: Now) -> v1::Picture {
-    /// An earlier time is not of UTC: 2000-01-01.
-    const LEAST_UTC_US: u64 = 946_684_800_000_000;
-    let utc_ms = if LEAST_UTC_US <= said.time_us { (said.time_us / 1000) as i64 } else { now.utc_ms };
+    let utc_ms = utc_ms(said.time_us, now.utc_ms);
     let of_vehicle = || {
         let (_, said) = vehicle.global.filter(|(at, _)| now.time - *at <= FRESH)?;
         let it = global_position(&said, vehicle, now.time)?;

@@ -6,11 +6,12 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use autopilot::command::{ACCEPTED, IN_PROGRESS, in_words};
 use domain::fmu::{Command, CommandId, CommandResult};
 use domain::time::Time;
 
 use crate::config::Config;
-use crate::heard::{Ack, in_words};
+use crate::heard::Ack;
 use crate::personality::{Personality, Submode};
 use crate::said::{CommandLong, Said, command};
 use crate::vehicle::{Vehicle, landed};
@@ -121,9 +122,6 @@ impl Procedure {
 
     /// An acknowledgement for us has arrived.
     pub(crate) fn acknowledged(&mut self, ack: Ack, now: Time) {
-        /// MAV_RESULT: accepted, and in progress.
-        const ACCEPTED: u8 = 0;
-        const IN_PROGRESS: u8 = 5;
         let Some(current) = self.current.as_mut().filter(|it| it.sends.command == ack.command) else { return };
         match ack.result {
             ACCEPTED | IN_PROGRESS => current.acknowledged = true,

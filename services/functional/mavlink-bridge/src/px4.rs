@@ -24,6 +24,7 @@ const TAKEOFF: u32 = mode(4, 2);
 const LOITER: u32 = mode(4, 3);
 const RETURN: u32 = mode(4, 5);
 const LAND: u32 = mode(4, 6);
+const PRECISION_LAND: u32 = mode(4, 9);
 
 impl Personality for Px4 {
     fn name(&self) -> &'static str {
@@ -49,6 +50,7 @@ impl Personality for Px4 {
             (231, 1_000_000),
             (241, 1_000_000),
             (246, 200_000),
+            (149, 200_000),
         ]
     }
 
@@ -58,7 +60,7 @@ impl Personality for Px4 {
             TAKEOFF => FlightMode::Takeoff,
             LOITER => FlightMode::Loiter,
             RETURN => FlightMode::Return,
-            LAND => FlightMode::Land,
+            LAND | PRECISION_LAND => FlightMode::Land,
             _ => return None,
         })
     }
@@ -75,6 +77,7 @@ impl Personality for Px4 {
                 4 => "AUTO.MISSION".into(),
                 5 => "AUTO.RTL".into(),
                 6 => "AUTO.LAND".into(),
+                9 => "AUTO.PRECLAND".into(),
                 _ => format!("AUTO.{sub}"),
             },
             5 => "ACRO".into(),
@@ -110,7 +113,8 @@ impl Personality for Px4 {
                 return Err("the vehicle is not known to be on the ground".into());
             }
             Command::Takeoff { height_m } => vec![Step::Takeoff { height_m, until: Until::Mode(TAKEOFF) }],
-            Command::Land | Command::LandOnTarget => vec![Step::Mode(LAND)],
+            Command::Land => vec![Step::Mode(LAND)],
+            Command::LandOnTarget => vec![Step::Mode(PRECISION_LAND)],
             Command::Loiter => vec![Step::Mode(LOITER)],
             Command::Offboard => vec![Step::Follow, Step::Stream, Step::Mode(OFFBOARD)],
             Command::Release => vec![long(command::GRIPPER, [1.0], Until::Acknowledged)],
@@ -125,20 +129,32 @@ impl Personality for Px4 {
         Some(CommandLong::new(command::TAKEOFF, [nan, nan, nan, nan, nan, nan, altitude_m as f32]))
     }
 
+    fn target_mode(&self) -> Option<u32> {
+        Some(PRECISION_LAND)
+    }
+
     fn mode_params(&self, custom_mode: u32) -> [f32; 2] {
         [(custom_mode >> 16 & 0xFF) as f32, (custom_mode >> 24) as f32]
     }
 
     fn changes_by_itself(&self, from: u32, to: u32, is_down: bool) -> bool {
         // A finished climb loiters; a landing ends in the mode that was flown before.
-        (from == TAKEOFF && to == LOITER) || (from == LAND && is_down)
+        (from == TAKEOFF && to == LOITER) || ([LAND, PRECISION_LAND].contains(&from) && is_down)
     }
 
     fn failsafe_texts(&self) -> &'static [&'static str] {
         &["Failsafe", "failsafe"]
     }
 
+    fn acknowledges_gripper(&self) -> bool {
+        true
+    }
+
     fn gripper(&self, _text: &str) -> Option<Gripper> {
+        None
+    }
+
+    fn landing_target(&self, _text: &str) -> Option<bool> {
         None
     }
 

@@ -1,5 +1,7 @@
 //! What the bridge says to the autopilot: payloads, and the numbers of commands and modes.
 
+use autopilot::command::NumberedCommand;
+
 use crate::frame::Frame;
 
 /// Our own component: an onboard computer (MAV_COMP_ID_ONBOARD_COMPUTER). Never 1, which is the autopilot itself: ArduPilot drops that
@@ -59,6 +61,13 @@ pub(crate) enum Said {
         /// MAV_PARAM_TYPE.
         kind: u8,
     },
+}
+
+impl From<NumberedCommand> for Said {
+    fn from(NumberedCommand { number, params, repeats }: NumberedCommand) -> Said {
+        let command = CommandLong { command: number, params: params.map(|it| it as f32) };
+        Said::Command { command, confirmation: repeats }
+    }
 }
 
 /// A setpoint in the local frame; what is `None` is ignored by the autopilot.

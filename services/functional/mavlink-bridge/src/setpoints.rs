@@ -101,7 +101,10 @@ impl Setpoints {
                 let aim = Aim {
                     end: [target.north_m, target.east_m, target.down_m],
                     speed_m_s: speed_limit_m_s.unwrap_or(f64::INFINITY).min(config.cruise_m_s.get()),
+                    climb_m_s: config.climb_m_s.get(),
+                    descent_m_s: config.descent_m_s.get(),
                     acceleration_m_s2: config.acceleration_m_s2.get(),
+                    vertical_acceleration_m_s2: config.vertical_acceleration_m_s2.get(),
                     turning_m_s2,
                     lag,
                 };

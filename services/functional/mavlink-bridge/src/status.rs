@@ -88,6 +88,7 @@ impl Flown {
         if stands {
             actual = actual.and(Some(fmu::FlightMode::Loiter));
         }
+        let lands = actual == Some(fmu::FlightMode::Land) && !vehicle.is_on_ground();
         let is_ground_mode = flown == personality.ground_mode();
         let can_arm = vehicle.prearm(now).filter(|_| is_ground_mode || vehicle.is_armed());
         let failsafe = author == Author::Failsafe || is_critical;
@@ -103,8 +104,8 @@ impl Flown {
             failsafe,
             failures: telemetry::failures(vehicle, signal_lost || unflown, now),
             origin: telemetry::origin(vehicle),
-            gripper: vehicle.gripper,
-            landing_target_seen: None,
+            gripper: self.gripper(),
+            landing_target_seen: self.landing_target_seen(lands, now),
             commanded_by_other: is_other,
             reason: reasons.join("; "),
             can_arm: if problem.is_some() || vehicle.origin.is_none() { Some(false) } else { can_arm },

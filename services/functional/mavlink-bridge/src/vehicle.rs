@@ -47,6 +47,8 @@ pub(crate) struct Vehicle {
     pub(crate) critical_since: Option<Time>,
     /// What the gripper does, once it has said so.
     pub(crate) gripper: Option<Gripper>,
+    /// When it told where the target of a landing is.
+    pub(crate) target_heard: Option<Time>,
     /// The texts of the last seconds.
     pub(crate) texts: Texts,
 }
@@ -71,6 +73,7 @@ impl Vehicle {
                     self.lifted_off = Some(now);
                 }
             }
+            Heard::LandingTarget => self.target_heard = Some(now),
             Heard::Health(it) => self.health = Some((now, *it)),
             Heard::Battery(it) => self.battery = Some((now, *it)),
             Heard::LocalPosition(it) => self.local = Some((now, *it)),
@@ -126,6 +129,11 @@ impl Vehicle {
         const PREARM_CHECK: u32 = 1 << 28;
         let (_, health) = self.health.filter(|(at, _)| now - *at <= FRESH)?;
         (health.present & PREARM_CHECK != 0).then_some(health.healthy & PREARM_CHECK != 0)
+    }
+
+    /// Whether it has the sensor of this bit, as it said last.
+    pub(crate) fn has_sensor(&self, bit: u32) -> bool {
+        self.health.is_some_and(|(_, it)| it.present & bit != 0)
     }
 
     /// The names of the sensors that are used and not healthy.

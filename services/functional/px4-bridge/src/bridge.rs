@@ -2,18 +2,23 @@
 
 use std::time::Duration;
 
+use autopilot::command::NumberedCommand;
+use autopilot::gripper::SilentGripper;
+use autopilot::target;
+use autopilot::tasks::Tasks;
+use domain::declared_skill::DeclaredSkills;
 use domain::fmu::{
     Command, CommandAck, CommandId, CommandResult, LocalPosition, ModeObserver, OffboardControl, Seen, Setpoint,
     Status, VehicleCommand,
 };
-use domain::time::Time;
+use domain::time::{Now, Time};
 use kittiwake_proto::topics::Topic;
 use kittiwake_proto::v1;
 use node::{Effect, MessageKind};
 
 use crate::carrot::Carrot;
 use crate::cdr::{CdrError, Definitions, Record};
-use crate::commands::{Answer, Pending, Step};
+use crate::commands::{self, Ack, Answer, Pending, Step};
 use crate::config::Config;
 use crate::frame::{Frame, is_restart};
 use crate::health::Health;
@@ -76,6 +81,10 @@ pub(crate) struct Bridge {
     pre_emption: String,
     /// Why PX4 refused the newest command, until one is taken.
     refusal: String,
+    gripper: SilentGripper,
+    /// When PX4 told where the target of a landing is.
+    target_heard: Option<Time>,
+    tasks: Tasks,
 }
 
 impl Bridge {
@@ -98,11 +107,32 @@ impl Bridge {
             hold_wanted: false,
             pre_emption: String::new(),
             refusal: String::new(),
+            gripper: SilentGripper::default(),
+            target_heard: None,
+            tasks: Tasks::default(),
+        }
+    }
+
+    /// PX4 carries out those of these skills that have a command.
+    pub(crate) fn carries_out(&mut self, skills: &DeclaredSkills) {
+        self.tasks = Tasks::of(skills);
+    }
+
+    /// A task is ordered.
+    pub(crate) fn task(&mut self, order: v1::TaskOrder, now: Time, out: &mut Out) {
+        let ends = self.tasks.order(order, now);
+        ends.into_iter().for_each(|it| self.send_of_task(it, out));
+        self.tend(now, out);
+    }
+
+    fn send_of_task(&mut self, command: NumberedCommand, out: &mut Out) {
+        if let Err(reason) = self.send(command, out) {
+            out.effects.push(Effect::refused(Topic::TaskOrder, reason));
         }
     }
 
     /// Takes in what PX4 sent.
-    pub(crate) fn arrived(&mut self, arrival: &Arrival, now: Time, out: &mut Out) {
+    pub(crate) fn arrived(&mut self, arrival: &Arrival, now: Now, out: &mut Out) {
         match arrival {
             Arrival::Token { key, alive } => {
                 let why = keys::read_token(key, self.config.domain).and_then(|it| self.watch.token(&it, *alive));
@@ -119,7 +149,7 @@ impl Bridge {
                 };
                 let taken = Record::decode(&definition, payload).and_then(|it| self.take(key.topic, &it, now, out));
                 match taken {
-                    Ok(true) => self.watch.heard(key.topic, now),
+                    Ok(true) => self.watch.heard(key.topic, now.time),
                     // The same statement once more is not a sign of life.
                     Ok(false) => {}
                     Err(cause) => {
@@ -131,7 +161,8 @@ impl Bridge {
     }
 
     /// Takes in a sample; false if it repeats the one before.
-    fn take(&mut self, topic: &str, sample: &Record<'_>, now: Time, out: &mut Out) -> Result<bool, CdrError> {
+    fn take(&mut self, topic: &str, sample: &Record<'_>, at: Now, out: &mut Out) -> Result<bool, CdrError> {
+        let now = at.time;
         match topic {
             "vehicle_status" => return self.take_status(sample, now, out),
             "vehicle_local_position" => {
@@ -169,8 +200,21 @@ impl Bridge {
                 }
             }
             "vehicle_command_ack" => {
-                if let Some((number, answer)) = Answer::read(sample)? {
-                    self.answered(number, answer, now, out);
+                if let Some(ack) = Ack::read(sample)? {
+                    self.acknowledged(ack, now, out);
+                }
+            }
+            "landing_target_pose" => {
+                let is_news = !target::is_seen(self.target_heard, now);
+                self.target_heard = Some(now);
+                if is_news {
+                    self.publish_status(now, out);
+                }
+            }
+            "camera_capture" => {
+                if let Some(picture) = telemetry::picture(sample, at.utc_ms)? {
+                    self.tasks.picture_reported();
+                    out.effects.push(Effect::publish(picture));
                 }
             }
             _ => {}
@@ -198,6 +242,9 @@ impl Bridge {
         self.clocks.0 = clock;
         let before = self.flies.replace(flies);
         self.watch.heard("vehicle_status", now);
+        if flies.armed && before.is_some_and(|it| !it.armed) {
+            self.gripper.armed();
+        }
         self.observe(flies, now);
         let ended = before.is_some_and(|it| it.armed) && !flies.armed && self.modes.other().is_none();
         self.hold_wanted = (self.hold_wanted || ended) && !flies.armed && flies.intended != NavState::LOITER;
@@ -230,6 +277,7 @@ impl Bridge {
             self.health = Health::default();
             self.rates = Rates::default();
             self.clocks = (0, 0);
+            self.gripper = SilentGripper::default();
             (self.flies, self.position, self.pending, self.hold_sent) = (None, None, None, None);
             self.hold_wanted = false;
             self.refusal.clear();
@@ -277,8 +325,8 @@ impl Bridge {
             failsafe: flies.failsafe,
             failures: self.health.failures(flies.intended, flies.failsafe),
             origin: self.frame.origin(),
-            gripper: None,
-            landing_target_seen: None,
+            gripper: Some(self.gripper.state()),
+            landing_target_seen: self.landing_target_seen(flies, now),
             commanded_by_other: self.modes.other().is_some(),
             reason,
             can_arm,
@@ -288,6 +336,12 @@ impl Bridge {
             timestamp_us: self.clocks.0,
         };
         out.effects.push(Effect::publish(v1::VehicleStatus::from(status)));
+    }
+
+    /// Whether the target of the present landing is seen; `None` if there is no such landing, or PX4 does not send the topic.
+    fn landing_target_seen(&self, flies: Flies, now: Time) -> Option<bool> {
+        let lands = flies.armed && flies.actual == NavState::PRECISION_LAND;
+        (lands && self.watch.sends_target).then(|| target::is_seen(self.target_heard, now))
     }
 
     /// A command has come. It is answered once PX4 has answered, or at once where PX4 cannot be asked.
@@ -340,18 +394,10 @@ impl Bridge {
             refuse(pending.id, "PX4 does not know where its origin is yet".into(), out);
             return;
         };
-        let target = self.flies.map_or(TARGET, |it| it.target);
-        let encoded = self.watch.input("vehicle_command").and_then(|(key, definition)| {
-            let payload = px4.encode(definition, target, pending.repeats).map_err(|it| it.to_string())?;
-            Ok((key, payload))
-        });
-        match encoded {
-            Ok(sample) => out.samples.push(sample),
-            Err(reason) => {
-                self.pending = None;
-                refuse(pending.id, reason, out);
-                return;
-            }
+        if let Err(reason) = self.send(px4, out) {
+            self.pending = None;
+            refuse(pending.id, reason, out);
+            return;
         }
         if let Some(mode) = mode {
             if let Command::Takeoff { height_m } = pending.command {
@@ -364,11 +410,34 @@ impl Bridge {
         }
     }
 
-    fn answered(&mut self, number: u32, answer: Answer, now: Time, out: &mut Out) {
+    fn send(&mut self, command: NumberedCommand, out: &mut Out) -> Result<(), String> {
+        let target = self.flies.map_or(TARGET, |it| it.target);
+        let (key, definition) = self.watch.input("vehicle_command")?;
+        let payload = commands::encode(&command, definition, target).map_err(|it| it.to_string())?;
+        out.samples.push((key, payload));
+        self.gripper.sent(&command);
+        Ok(())
+    }
+
+    fn acknowledged(&mut self, ack: Ack, now: Time, out: &mut Out) {
+        if self.gripper.acknowledged(ack.number, ack.result) {
+            self.publish_status(now, out);
+        }
+        self.tasks.acknowledged(ack.number, ack.result, now);
+        self.answered(ack.number, Answer::of(ack.result), now, out);
+        self.tend(now, out);
+    }
+
+    fn answered(&mut self, number: u16, answer: Answer, now: Time, out: &mut Out) {
         let altitude = self.frame.origin().and_then(|it| it.altitude_m);
         let Some(mut pending) = self.pending else { return };
         let Some((_, mode)) = pending.px4(altitude).filter(|(px4, _)| px4.number == number) else { return };
         match (answer, pending.step) {
+            // The gripper moves; that it has moved is said by another acknowledgement, and then by the status.
+            (Answer::InProgress, Step::Sent) if pending.command == Command::Release => {
+                self.pending = None;
+                acknowledge(pending.id, CommandResult::Accepted, out);
+            }
             (Answer::InProgress, _) => {}
             (Answer::Accepted, Step::SetsHold | Step::AwaitsHold) => {
                 self.modes.accepted(NavState::LOITER);
@@ -412,7 +481,6 @@ impl Bridge {
     /// After a landing PX4 goes back to the mode from before, in which it would not arm, and would not say whether it would in Hold.
     /// Where we have landed it, Hold is set. What somebody else has flown, or has selected on the ground, is left as it is.
     fn hold_after_landing(&mut self, now: Time, out: &mut Out) {
-        let Some(flies) = self.flies else { return };
         if !self.hold_wanted || self.pending.is_some() {
             return;
         }
@@ -420,10 +488,7 @@ impl Bridge {
             return;
         }
         self.hold_sent = Some(now);
-        if let Ok((key, definition)) = self.watch.input("vehicle_command")
-            && let Ok(payload) = crate::commands::Px4Command::hold().encode(definition, flies.target, 0)
-        {
-            out.samples.push((key, payload));
+        if self.send(commands::hold(), out).is_ok() {
             self.modes.sent(NavState::LOITER, now);
         }
     }
@@ -487,9 +552,17 @@ impl Bridge {
         }
     }
 
-    /// Gives up what PX4 does not answer: its sender has, too.
-    pub(crate) fn tend(&mut self, now: Time) {
+    /// Gives up what PX4 does not answer: its sender has, too. Does what is due of the tasks.
+    pub(crate) fn tend(&mut self, now: Time, out: &mut Out) {
         self.pending.take_if(|it| COMMAND_LIMIT <= now - it.since);
+        let (is_heard, mut sends) = (self.watch.is_there(now), Vec::new());
+        self.tasks.act(is_heard, now, &mut sends, &mut out.effects);
+        sends.into_iter().for_each(|it| self.send_of_task(it, out));
+    }
+
+    /// When something of the tasks is due.
+    pub(crate) fn deadline(&self) -> Option<Time> {
+        self.tasks.deadline()
     }
 }
 
@@ -510,6 +583,7 @@ fn what(topic: &str) -> MessageKind {
         "vehicle_land_detected" => Topic::VehicleLandDetected,
         "battery_status" => Topic::BatteryStatus,
         "vehicle_command_ack" => Topic::VehicleCommandAck,
+        "camera_capture" => Topic::Picture,
         _ => Topic::VehicleStatus,
     })
 }

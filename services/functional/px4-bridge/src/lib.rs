@@ -6,6 +6,7 @@
 //!
 //! What carries the keys is a [`port::Port`]: this crate knows no Zenoh.
 
+use domain::declared_skill::DeclaredSkills;
 use domain::fmu::{OffboardControl, Setpoint, VehicleCommand};
 use domain::time::{Now, Time};
 use domain::wire::InvalidMessage;
@@ -44,11 +45,19 @@ impl<P: Port> Px4Bridge<P> {
         Px4Bridge { bridge: Bridge::new(config, Definitions::known()), port }
     }
 
+    /// The same, with declared skills: PX4 carries out those that have a command.
+    #[must_use]
+    pub fn with_skills(mut self, skills: &DeclaredSkills) -> Px4Bridge<P> {
+        self.bridge.carries_out(skills);
+        self
+    }
+
     fn receive(&mut self, message: Message, now: Time, out: &mut Out) -> Result<(), InvalidMessage> {
         match message {
             Message::VehicleCommand(it) => self.bridge.commanded(VehicleCommand::try_from(it)?, now, out),
             Message::OffboardControlMode(it) => self.bridge.control(OffboardControl::try_from(it)?, out),
             Message::TrajectorySetpoint(it) => self.bridge.setpoint(Setpoint::try_from(it)?, now, out),
+            Message::TaskOrder(it) => self.bridge.task(it, now, out),
             _ => {}
         }
         Ok(())
@@ -68,7 +77,7 @@ impl<P: Port> Node for Px4Bridge<P> {
     }
 
     fn subscriptions(&self) -> &'static [Topic] {
-        &[Topic::VehicleCommand, Topic::OffboardControlMode, Topic::TrajectorySetpoint]
+        &[Topic::VehicleCommand, Topic::OffboardControlMode, Topic::TrajectorySetpoint, Topic::TaskOrder]
     }
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
@@ -85,14 +94,14 @@ impl<P: Port> Node for Px4Bridge<P> {
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         let mut out = Out::default();
         for arrival in self.port.take(now.time) {
-            self.bridge.arrived(&arrival, now.time, &mut out);
+            self.bridge.arrived(&arrival, now, &mut out);
         }
-        self.bridge.tend(now.time);
+        self.bridge.tend(now.time, &mut out);
         self.perform(out, now.time, effects);
     }
 
     fn deadline(&self) -> Option<Time> {
-        self.port.deadline()
+        [self.port.deadline(), self.bridge.deadline()].into_iter().flatten().min()
     }
 }
 

@@ -24,6 +24,9 @@ impl NavState {
 
     /// The mode that a command sets, if it sets one.
     pub fn of(command: Command) -> Option<NavState> {
+        if command == Command::LandOnTarget {
+            return Some(NavState::PRECISION_LAND);
+        }
         Some(match command.mode()? {
             FlightMode::Loiter => NavState::LOITER,
             FlightMode::Takeoff => NavState::TAKEOFF,
@@ -47,7 +50,8 @@ impl NavState {
 
     /// Whether a command of ours can have set it.
     pub fn is_commandable(self) -> bool {
-        [NavState::LOITER, NavState::TAKEOFF, NavState::LAND, NavState::OFFBOARD].contains(&self)
+        use NavState as N;
+        [N::LOITER, N::TAKEOFF, N::LAND, N::PRECISION_LAND, N::OFFBOARD].contains(&self)
     }
 
     /// Its name as PX4's users know it.
@@ -95,7 +99,8 @@ mod tests {
 
     #[test]
     fn what_a_command_sets_is_reported_as_the_mode_that_it_asked_for() {
-        for command in [Command::Takeoff { height_m: 5.0 }, Command::Land, Command::Loiter, Command::Offboard] {
+        let takeoff = Command::Takeoff { height_m: 5.0 };
+        for command in [takeoff, Command::Land, Command::LandOnTarget, Command::Loiter, Command::Offboard] {
             let state = NavState::of(command).unwrap_or_else(|| panic!("{command} sets a mode"));
             assert!(state.is_commandable());
             assert_eq!(state.mode(), command.mode());

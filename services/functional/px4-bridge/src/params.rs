@@ -174,6 +174,11 @@ const RULES: &[Rule] = &[
         suits: |it, _, ours| ours.speed_m_s <= it,
         expected: "at least `vehicle_speed_m_s` of [skill_manager]: deadlines are made with that",
     },
+    Rule {
+        name: "PLD_BTOUT",
+        suits: |it, _, _| 4.0 <= it,
+        expected: "4 s or more: `landing_target_lost` answers 3 s after a target is lost; PX4 then searches by itself",
+    },
 ];
 
 fn excepts(all: &Params, name: &str) -> bool {

@@ -1,7 +1,10 @@
 //! PX4's samples as messages of the `fmu/` topics. A sample with a value that is not a number is not passed on.
 
+use autopilot::picture::{roll_pitch_yaw, utc_ms};
 use domain::fmu::{Attitude, Battery, GlobalPosition, LandDetected, LocalPosition};
+use domain::geodesy::LatLon;
 use domain::geometry::{Ned, NedVelocity};
+use kittiwake_proto::v1;
 
 use crate::cdr::{CdrError, Record};
 
@@ -110,6 +113,36 @@ pub(crate) fn battery(sample: &Record<'_>) -> Result<Option<Battery>, CdrError> 
     let temperature_c = Some(sample.number("temperature")?).filter(|it| it.is_finite());
     let is_measured = sample.flag("connected")? && voltage_v.is_finite() && (0.0..=1.0).contains(&remaining);
     Ok(is_measured.then_some(Battery { voltage_v, current_a, remaining, temperature_c }))
+}
+
+/// A picture that was taken; `None` for a capture that has failed. -1 stands for a camera that gives no answer.
+///
+/// # Errors
+/// If this version lacks a field.
+pub(crate) fn picture(sample: &Record<'_>, heard_ms: i64) -> Result<Option<v1::Picture>, CdrError> {
+    const FAILED: f64 = 0.0;
+    if sample.number("result")? == FAILED {
+        return Ok(None);
+    }
+    let (latitude_deg, longitude_deg, altitude_amsl_m) =
+        (sample.number("lat")?, sample.number("lon")?, sample.number("alt")?);
+    let is_known = (latitude_deg, longitude_deg) != (0.0, 0.0)
+        && LatLon::new(latitude_deg, longitude_deg).is_ok()
+        && altitude_amsl_m.is_finite();
+    let mut q = [0.0; 4];
+    for (index, it) in q.iter_mut().enumerate() {
+        *it = sample.number_at("q", index)?;
+    }
+    Ok(Some(v1::Picture {
+        number: sample.unsigned("seq")? as u32,
+        utc_ms: utc_ms(sample.unsigned("timestamp_utc")?, heard_ms),
+        place: is_known.then_some(v1::PicturePlace { latitude_deg, longitude_deg, altitude_amsl_m }),
+        attitude: roll_pitch_yaw(q).map(|[roll_rad, pitch_rad, yaw_rad]| v1::PictureAttitude {
+            roll_rad,
+            pitch_rad,
+            yaw_rad,
+        }),
+    }))
 }
 
 fn all_finite(numbers: &[f64]) -> bool {

@@ -20,6 +20,9 @@ pub(crate) const NEEDED: [&str; 6] = [
 /// What PX4 must listen to.
 pub(crate) const INPUTS: [&str; 3] = ["vehicle_command", "offboard_control_mode", "trajectory_setpoint"];
 
+/// Where the target of a landing is.
+const TARGET: &str = "landing_target_pose";
+
 /// What was heard, and what PX4 listens to.
 #[derive(Debug)]
 pub(crate) struct Watch {
@@ -31,13 +34,15 @@ pub(crate) struct Watch {
     unknown: BTreeMap<String, String>,
     /// What PX4 listens to: topic to type and hash, from its tokens.
     inputs: BTreeMap<String, (String, String)>,
+    /// It sends where the target of a landing is, once there is one: by default it does not.
+    pub(crate) sends_target: bool,
 }
 
 impl Watch {
     /// Nothing is heard yet.
     pub(crate) fn new(definitions: Definitions, domain: u8, silent_after: Duration) -> Watch {
         let (heard, unknown, inputs) = Default::default();
-        Watch { definitions, domain, silent_after, heard, unknown, inputs }
+        Watch { definitions, domain, silent_after, heard, unknown, inputs, sends_target: false }
     }
 
     /// The definition for a sample.
@@ -64,6 +69,9 @@ impl Watch {
 
     /// A token of PX4 appeared or vanished; says, once, that a version is not known.
     pub(crate) fn token(&mut self, key: &Px4Key<'_>, alive: bool) -> Option<String> {
+        if key.is_output && key.topic == TARGET {
+            self.sends_target = alive;
+        }
         if key.is_output || !INPUTS.contains(&key.topic) {
             return None;
         }

@@ -69,7 +69,7 @@ pub(super) fn status() -> impl Strategy<Value = Status> {
     use Failure::{Battery, Estimator, GnssLost, GroundLinkLost, Motor, OffboardSignalLost};
     let failure = prop::sample::select(vec![OffboardSignalLost, GnssLost, Estimator, Motor, Battery, GroundLinkLost]);
     let origin = prop::option::of(crate::wire::generators::origin());
-    let gripper = prop::option::of(prop::sample::select(vec![Gripper::Holding, Gripper::Released]));
+    let gripper = prop::option::of(prop::sample::select(vec![Gripper::Holding, Gripper::Released, Gripper::Silent]));
     let known = (any::<bool>(), mode(), mode(), any::<bool>(), prop::collection::vec(failure, 0..4), origin, gripper);
     let vibration_m_s2 = prop::option::of(0.0..100.0);
     let told = (any::<bool>(), "[a-z ]{0,8}", any::<Option<bool>>(), any::<u64>(), vibration_m_s2, any::<u64>());

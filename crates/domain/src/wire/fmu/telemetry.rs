@@ -73,6 +73,7 @@ impl From<Gripper> for v1::Gripper {
         match gripper {
             Gripper::Holding => v1::Gripper::Holding,
             Gripper::Released => v1::Gripper::Released,
+            Gripper::Silent => v1::Gripper::Silent,
         }
     }
 }

@@ -97,6 +97,19 @@ fn a_vehicle_that_has_landed_below_a_deck_is_not_on_it() {
 }
 
 #[test]
+fn a_vehicle_that_has_landed_on_its_target_is_there_wherever_the_target_lies() {
+    for (terms, expected) in [("land_on_target = true", "success"), ("", "ongoing")] {
+        let mut story = Story::of(&across("").replace("flying = false", &format!("flying = false\n{terms}")));
+        story.plan();
+        story.fly(2);
+        let position = Some(v1::Ned { north_m: 8.0, east_m: 500.0, ..Default::default() });
+        let landing = story.steps.remove(0);
+        story.flown(landing, v1::PlanningState { position, ..Default::default() });
+        assert!(story.objectives().starts_with(&format!("there: {expected}")), "{}", story.objectives());
+    }
+}
+
+#[test]
 fn objectives_two_and_a_half_metres_apart_are_two_places() {
     let objective = |name: &str, east_m: f64| {
         format!("[[objective]]\nname = \"{name}\"\nnorth_m = 0\neast_m = {east_m:.1}\nheight_m = 10\nflying = true\n")

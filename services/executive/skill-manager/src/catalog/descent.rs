@@ -26,11 +26,12 @@ struct Seen {
 }
 
 impl Descent {
-    /// Not begun yet.
-    pub(super) fn new(config: &Config, pace: Pace) -> Descent {
+    /// Not begun yet; `on_target`: the autopilot may approach that first.
+    pub(super) fn new(config: &Config, pace: Pace, on_target: bool) -> Descent {
+        let stall_s = if on_target { config.landing_on_target_stall_s } else { config.landing_stall_s };
         Descent {
             least_m: config.landing_least_descent_m.get(),
-            stall: pace.limit(config.landing_stall_s.seconds()),
+            stall: pace.limit(stall_s.seconds()),
             blind: pace.limit(config.landing_blind_s.seconds()),
             seen: None,
         }

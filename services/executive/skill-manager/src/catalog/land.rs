@@ -23,7 +23,7 @@ pub(crate) struct Land {
 impl Land {
     /// A landing; `on_target`: which the autopilot's sensor sees.
     pub(crate) fn new(config: &Config, pace: Pace, on_target: bool) -> Land {
-        Land { descent: Descent::new(config, pace), on_target, disarms: false }
+        Land { descent: Descent::new(config, pace, on_target), on_target, disarms: false }
     }
 }
 

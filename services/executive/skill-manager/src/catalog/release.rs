@@ -1,7 +1,7 @@
 //! Release: open the gripper, hovering over a place, until the load is seen released.
 //!
 //! A load that has fallen cannot be taken back. So nothing is commanded away from the place, in motion, or where the
-//! gripper's state is not reported; and where the load is gone already, as after a restart, nothing is commanded either.
+//! gripper reports nothing; and where the load is gone already, as after a restart, nothing is commanded either.
 
 use std::time::Duration;
 
@@ -52,7 +52,7 @@ impl Skill for Release {
         };
         match status.gripper {
             Some(Gripper::Released) => return Ready::AlreadyTrue,
-            Some(Gripper::Holding) => {
+            Some(Gripper::Holding | Gripper::Silent) => {
                 // Of a release that was interrupted, or that an earlier process may have sent: where there are several loads,
                 // another command might drop the next one.
                 if let Some(until) = view.may_release_until {

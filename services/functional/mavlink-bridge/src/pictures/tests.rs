@@ -12,7 +12,7 @@ use crate::frame::Frame;
 use kittiwake_proto::topics::Message;
 
 const CONFIG: &str = "connect = \"udpin:127.0.0.1:14540\"\nsystem = 0\nsilence_s = 2.5\nretry_s = 0.3\ntries = 3
-    effect_limit_s = 3.0\nsetpoint_age_limit_s = 0.5\ncruise_m_s = 10.0\nacceleration_m_s2 = 3.0\nunflown_s = 3.0\njump_m = 5.0";
+    effect_limit_s = 3.0\nsetpoint_age_limit_s = 0.5\ncruise_m_s = 10.0\nclimb_m_s = 3.0\ndescent_m_s = 1.5\nacceleration_m_s2 = 3.0\nvertical_acceleration_m_s2 = 1.5\nunflown_s = 3.0\njump_m = 5.0";
 const UTC_MS: i64 = 1_767_225_600_000;
 const AUTOPILOT: u8 = 1;
 const CAMERA: u8 = 100;

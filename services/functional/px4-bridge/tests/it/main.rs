@@ -3,6 +3,7 @@
 mod bad_input;
 mod data;
 mod fuzz;
+mod pictures;
 mod replay;
 mod rig;
 mod samples;

@@ -23,6 +23,7 @@ release_distance_m = 5.0
 release_limit_s = 5.0
 stop_limit_s = 10.0
 landing_stall_s = 10.0
+landing_on_target_stall_s = 30.0
 landing_least_descent_m = 0.5
 landing_blind_s = 240.0
 vehicle_speed_m_s = 12.0

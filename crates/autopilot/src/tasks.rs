@@ -1,8 +1,9 @@
-//! Declared skills that the autopilot carries out: a task is one command of MAVLink. The exchange is that of any other process
+//! Declared skills that the autopilot carries out: a task is one command. The exchange is that of any other process
 //! (docs/skills.md).
 //!
 //! An acknowledgement says that the command was taken. The task has succeeded once as much time has passed since then as its declaration
-//! says; without an acknowledgement nothing has.
+//! says; without an acknowledgement nothing has. Of a camera that is to take pictures by distance, one at once, a picture must be
+//! reported: ArduPilot acknowledges the command without a camera, too.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -16,18 +17,22 @@ use domain::wire::task::task_of_order;
 use kittiwake_proto::v1::{self, TaskState};
 use node::Effect;
 
-use crate::heard::{Ack, in_words};
-use crate::said::{CommandLong, Said};
+use crate::command::{ACCEPTED, IN_PROGRESS, NumberedCommand, PICTURES_BY_DISTANCE, in_words};
 
 /// How often a process reports at least.
 const PERIOD: Duration = Duration::from_millis(500);
 /// A command that is not acknowledged is sent again after this time, and so often. (MAVLink's command protocol.)
 const AGAIN: Duration = Duration::from_secs(1);
 const TRIES: u8 = 4;
+/// A camera that takes pictures has reported one within this time: the one at once, or the next by distance. (ENG: a camera that stores a
+/// picture before it reports takes up to two seconds.)
+const REPORTS_PICTURE: Duration = Duration::from_secs(10);
+/// One that is in progress is not sent again within this time: PX4 refuses a command to its gripper while that moves. (ENG)
+const PROGRESSES: Duration = Duration::from_secs(10);
 
 /// The skills, and the task of each that was ordered last.
 #[derive(Debug, Default)]
-pub(crate) struct Tasks {
+pub struct Tasks {
     skills: DeclaredSkills,
     present: BTreeMap<String, Present>,
     next_report: Time,
@@ -37,9 +42,9 @@ pub(crate) struct Tasks {
 struct Present {
     request_id: String,
     task: Task,
-    command: CommandLong,
+    command: NumberedCommand,
     /// What ends it.
-    cancel: Option<CommandLong>,
+    cancel: Option<NumberedCommand>,
     takes: Duration,
     success: String,
     state: State,
@@ -53,9 +58,10 @@ enum State {
         tries: u8,
         again: Time,
     },
-    /// The task goes on.
+    /// The task goes on. Until a picture is reported, one must be by then.
     Acts {
         until: Time,
+        picture_by: Option<Time>,
     },
     Ended {
         outcome: String,
@@ -65,13 +71,13 @@ enum State {
 
 impl Tasks {
     /// Of these, those with a command.
-    pub(crate) fn of(skills: &DeclaredSkills) -> Tasks {
+    pub fn of(skills: &DeclaredSkills) -> Tasks {
         let with_command = skills.all().iter().filter(|it| it.payload_command.is_some()).cloned().collect();
         Tasks { skills: DeclaredSkills::of(with_command), ..Tasks::default() }
     }
 
     /// An order has arrived, which may be for another process; what ends the task before it.
-    pub(crate) fn order(&mut self, order: v1::TaskOrder, now: Time) -> Option<Said> {
+    pub fn order(&mut self, order: v1::TaskOrder, now: Time) -> Option<NumberedCommand> {
         let command = self.skills.get(&order.skill)?.payload_command.clone()?;
         let present = self.present.get_mut(&order.skill).filter(|it| it.request_id == order.request_id);
         self.next_report = now;
@@ -82,7 +88,7 @@ impl Tasks {
                 let begun = self.begun(request_id, task, &command, now);
                 let before = self.present.insert(begun.task.skill.clone(), begun);
                 let before = before.filter(|it| !matches!(it.state, State::Ended { .. }));
-                return Some(Said::Command { command: before?.cancel?, confirmation: 0 });
+                return before?.cancel;
             }
             (true, None) | (false, Some(_)) => {}
         }
@@ -91,11 +97,15 @@ impl Tasks {
 
     fn begun(&self, request_id: String, task: Task, command: &PayloadCommand, now: Time) -> Present {
         let goal = self.skills.goal(&task, Ned::default());
-        let long = |params: &[Param]| CommandLong { command: command.command, params: numbers(params, &goal.task) };
+        let with = |params: &[Param]| NumberedCommand {
+            number: command.command,
+            params: numbers(params, &goal.task),
+            repeats: 0,
+        };
         Present {
             request_id,
-            command: long(&command.params),
-            cancel: command.cancel.as_deref().map(long),
+            command: with(&command.params),
+            cancel: command.cancel.as_deref().map(with),
             // Along a leg it is ended by an order.
             takes: Duration::from_secs_f64(if goal.stance == Stance::Flies { goal.limit_s } else { goal.estimate_s }),
             success: goal.succeeds_as.first().cloned().unwrap_or_default(),
@@ -104,31 +114,40 @@ impl Tasks {
         }
     }
 
-    /// The autopilot has acknowledged a command of ours.
-    pub(crate) fn acknowledged(&mut self, ack: Ack, now: Time) {
-        /// MAV_RESULT.
-        const ACCEPTED: u8 = 0;
-        const IN_PROGRESS: u8 = 5;
+    /// The autopilot has acknowledged our command `number` with this MAV_RESULT.
+    pub fn acknowledged(&mut self, number: u16, result: u8, now: Time) {
         let awaits = |it: &Present| match it.state {
-            State::Sent { ends, tries: 1.., .. } => (it.sends(ends).command == ack.command).then_some(ends),
+            State::Sent { ends, tries: 1.., .. } => (it.sends(ends).number == number).then_some(ends),
             _ => None,
         };
         let present = self.present.values_mut().find_map(|it| awaits(it).map(|ends| (it, ends)));
         let Some((present, ends)) = present else { return };
-        present.state = match ack.result {
+        present.state = match result {
             ACCEPTED if ends => ended(CANCELLED, String::new()),
-            ACCEPTED => State::Acts { until: now + present.takes },
-            IN_PROGRESS => State::Sent { ends, tries: 1, again: now + AGAIN },
+            ACCEPTED => {
+                let picture_by = takes_a_picture_at_once(present.command).then_some(now + REPORTS_PICTURE);
+                State::Acts { until: now + present.takes, picture_by }
+            }
+            IN_PROGRESS => State::Sent { ends, tries: 1, again: now + PROGRESSES },
             result => present.failed(ends, "refused", &format!("is refused by the autopilot: {}", in_words(result))),
         };
         self.next_report = now;
     }
 
+    /// A picture is reported.
+    pub fn picture_reported(&mut self) {
+        for present in self.present.values_mut() {
+            if let State::Acts { picture_by, .. } = &mut present.state {
+                *picture_by = None;
+            }
+        }
+    }
+
     /// Does what is due; `is_heard`: there is an autopilot that could do it.
-    pub(crate) fn act(&mut self, is_heard: bool, now: Time, says: &mut Vec<Said>, effects: &mut Vec<Effect>) {
+    pub fn act(&mut self, is_heard: bool, now: Time, sends: &mut Vec<NumberedCommand>, effects: &mut Vec<Effect>) {
         for present in self.present.values_mut() {
             let before = present.state.clone();
-            says.extend(present.act(now));
+            sends.extend(present.act(now));
             if present.state != before && !matches!(present.state, State::Sent { .. }) {
                 self.next_report = now;
             }
@@ -156,13 +175,13 @@ impl Tasks {
     }
 
     /// When something is due.
-    pub(crate) fn deadline(&self) -> Option<Time> {
+    pub fn deadline(&self) -> Option<Time> {
         if self.skills.all().is_empty() {
             return None;
         }
         let present = self.present.values().filter_map(|it| match it.state {
             State::Sent { again, .. } => Some(again),
-            State::Acts { until } => Some(until),
+            State::Acts { until, picture_by } => Some(picture_by.unwrap_or(until).min(until)),
             State::Ended { .. } => None,
         });
         present.chain([self.next_report]).min()
@@ -171,7 +190,7 @@ impl Tasks {
 
 impl Present {
     /// The command that begins it, or the one that `ends` it.
-    fn sends(&self, ends: bool) -> CommandLong {
+    fn sends(&self, ends: bool) -> NumberedCommand {
         self.cancel.filter(|_| ends).unwrap_or(self.command)
     }
 
@@ -184,7 +203,7 @@ impl Present {
         };
     }
 
-    fn act(&mut self, now: Time) -> Option<Said> {
+    fn act(&mut self, now: Time) -> Option<NumberedCommand> {
         match self.state {
             State::Sent { ends, tries, again } if again <= now && TRIES <= tries => {
                 self.state = self.failed(ends, "unanswered", "is not acknowledged by the autopilot");
@@ -192,9 +211,14 @@ impl Present {
             }
             State::Sent { ends, tries, again } if again <= now => {
                 self.state = State::Sent { ends, tries: tries + 1, again: now + AGAIN };
-                Some(Said::Command { command: self.sends(ends), confirmation: tries })
+                Some(NumberedCommand { repeats: tries, ..self.sends(ends) })
             }
-            State::Acts { until } if until <= now => {
+            State::Acts { picture_by: Some(by), .. } if by <= now => {
+                let why = "the autopilot has acknowledged the command, and reports no picture: is its camera set up?";
+                self.state = ended("unanswered", why.to_owned());
+                None
+            }
+            State::Acts { until, .. } if until <= now => {
                 self.state = ended(&self.success, String::new());
                 None
             }
@@ -211,6 +235,10 @@ impl Present {
         tracing::warn!("{}: {why}", self.task.skill);
         ended("error", why)
     }
+}
+
+fn takes_a_picture_at_once(command: NumberedCommand) -> bool {
+    command.number == PICTURES_BY_DISTANCE && 0.0 < command.params[0] && command.params[2] == 1.0
 }
 
 fn ended(outcome: &str, reason: String) -> State {
@@ -238,10 +266,10 @@ mod tests {
 
     /// What is sent and reported from an order on, by the tenth of a second: it is acknowledged with a result, or cancelled.
     #[track_caller]
-    fn check(acks: &[(u64, u8)], cancelled_ms: Option<u64>, sends: &[(u64, [f32; 4])], outcome: (u64, &str, &str)) {
+    fn check(acks: &[(u64, u8)], cancelled_ms: Option<u64>, expected: &[(u64, [f64; 4])], outcome: (u64, &str, &str)) {
         let (mut tasks, mut sent, mut ends) = (tasks(), Vec::new(), None);
         for ms in (0..8_000).step_by(100) {
-            let (now, mut says, mut effects) = (Time::after(Duration::from_millis(ms)), Vec::new(), Vec::new());
+            let (now, mut sends, mut effects) = (Time::after(Duration::from_millis(ms)), Vec::new(), Vec::new());
             if ms == 0 {
                 tasks.order(order("r", false), now);
             }
@@ -250,39 +278,66 @@ mod tests {
                 assert_eq!(tasks.order(order("r", true), now), None);
             }
             for (_, result) in acks.iter().filter(|(at, _)| *at == ms) {
-                tasks.acknowledged(Ack { command: 42600, result: *result, target: (0, 0) }, now);
+                tasks.acknowledged(42600, *result, now);
             }
-            tasks.act(true, now, &mut says, &mut effects);
-            sent.extend(says.into_iter().map(|it| (ms, params(it))));
+            tasks.act(true, now, &mut sends, &mut effects);
+            sent.extend(sends.into_iter().map(|it| (ms, params(it))));
             let report = tasks.report("lower", 1);
             if ends.is_none() && report.state() == TaskState::Ended {
                 ends = Some((ms, report.outcome, report.reason));
             }
         }
-        assert_eq!(sent, sends);
+        assert_eq!(sent, expected);
         assert_eq!(ends, Some((outcome.0, outcome.1.to_owned(), outcome.2.to_owned())));
     }
 
-    fn params(said: Said) -> [f32; 4] {
-        let Said::Command { command, .. } = said else { panic!("{said:?}") };
-        assert_eq!(command.command, 42600);
+    fn params(command: NumberedCommand) -> [f64; 4] {
+        assert_eq!(command.number, 42600);
         std::array::from_fn(|i| command.params[i])
     }
 
-    const LOWERS: [f32; 4] = [1.0, 1.0, 7.0, 0.5];
-    const STOPS: [f32; 4] = [1.0, 2.0, 0.0, 0.0];
+    const LOWERS: [f64; 4] = [1.0, 1.0, 7.0, 0.5];
+    const STOPS: [f64; 4] = [1.0, 2.0, 0.0, 0.0];
 
     /// The shipped skill.
+    fn camera() -> DeclaredSkill {
+        let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config/skills/camera_by_distance.toml");
+        DeclaredSkill::read(&Source::read(shipped.as_ref()).unwrap()).unwrap()
+    }
+
+    fn films(cancel: bool) -> v1::TaskOrder {
+        let inputs = vec![v1::TaskValue { name: "every_m".into(), value: 12.0, ..Default::default() }];
+        v1::TaskOrder { request_id: "c".into(), skill: "camera_by_distance".into(), inputs, cancel }
+    }
+
+    #[test]
+    fn a_camera_that_reports_no_picture_has_failed_although_its_command_was_acknowledged() {
+        /// After which second it has ended, where a picture is reported in this one.
+        fn ends_after(picture_s: Option<u64>) -> Option<(u64, String)> {
+            let mut tasks = Tasks::of(&DeclaredSkills::of(vec![camera()]));
+            tasks.order(films(false), Time::ZERO);
+            for second in 0..60 {
+                let (now, mut sends) = (Time::after(Duration::from_secs(second)), Vec::new());
+                if picture_s == Some(second) {
+                    tasks.picture_reported();
+                }
+                tasks.act(true, now, &mut sends, &mut Vec::new());
+                tasks.acknowledged(PICTURES_BY_DISTANCE, ACCEPTED, now);
+                let report = tasks.report("camera_by_distance", 1);
+                if report.state() == TaskState::Ended {
+                    return Some((second, report.outcome));
+                }
+            }
+            None
+        }
+        assert_eq!(ends_after(None), Some((10, "unanswered".to_owned())));
+        assert_eq!(ends_after(Some(9)), None);
+    }
+
     #[test]
     fn a_task_along_a_leg_runs_until_the_order_to_end_beside_another_one() {
-        let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../config/skills/camera_by_distance.toml");
-        let camera = DeclaredSkill::read(&Source::read(shipped.as_ref()).unwrap()).unwrap();
-        let mut tasks = Tasks::of(&DeclaredSkills::of(vec![camera, tasks().skills.all()[0].clone()]));
-        let films = |cancel| {
-            let inputs = vec![v1::TaskValue { name: "every_m".into(), value: 12.0, ..Default::default() }];
-            v1::TaskOrder { request_id: "c".into(), skill: "camera_by_distance".into(), inputs, cancel }
-        };
-        let mut sent = Vec::new();
+        let mut tasks = Tasks::of(&DeclaredSkills::of(vec![camera(), tasks().skills.all()[0].clone()]));
+        let mut sent: Vec<NumberedCommand> = Vec::new();
         for second in 0..100 {
             let (now, mut effects) = (Time::after(Duration::from_secs(second)), Vec::new());
             match second {
@@ -291,18 +346,16 @@ mod tests {
                 99 => _ = tasks.order(films(true), now),
                 _ => {}
             }
-            let said = sent.len();
+            let before = sent.len();
+            tasks.picture_reported();
             tasks.act(true, now, &mut sent, &mut effects);
-            for said in &sent[said..] {
-                let Said::Command { command, .. } = said else { panic!("{said:?}") };
-                tasks.acknowledged(Ack { command: command.command, result: 0, target: (0, 0) }, now);
+            for command in &sent[before..] {
+                tasks.acknowledged(command.number, ACCEPTED, now);
             }
             let expected = if second < 99 { TaskState::Running } else { TaskState::Ended };
             assert_eq!(tasks.report("camera_by_distance", 1).state(), expected, "{second} s");
         }
-        let params =
-            |said: &Said| if let Said::Command { command, .. } = said { command.params } else { [f32::NAN; 7] };
-        let [films, lowers, ends] = sent.iter().map(params).collect::<Vec<_>>()[..] else { panic!("{sent:?}") };
+        let [films, lowers, ends] = sent.iter().map(|it| it.params).collect::<Vec<_>>()[..] else { panic!("{sent:?}") };
         assert_eq!(films, [12.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!((lowers[2], ends), (7.0, [0.0; 7]));
         assert_eq!(tasks.report("lower", 1).outcome, "done");
@@ -312,6 +365,8 @@ mod tests {
     fn a_command_is_sent_until_it_is_acknowledged_and_then_takes_its_time() {
         let twice = [(0, LOWERS), (1_000, LOWERS)];
         check(&[(1_200, 0)], None, &twice, (3_200, "done", ""));
+        // PX4's gripper: taken at once, and open later.
+        check(&[(200, 5), (3_000, 0)], None, &twice[..1], (5_000, "done", ""));
         check(&[(1_200, 4)], None, &twice, (1_200, "refused", "the command is refused by the autopilot: failed"));
         let four = [0, 1_000, 2_000, 3_000].map(|at| (at, LOWERS));
         check(&[], None, &four, (4_000, "unanswered", "the command is not acknowledged by the autopilot"));
