@@ -123,14 +123,17 @@ impl World {
         self.now.time + self.setup.limits.config.barrier_limit_s.seconds()
     }
 
-    /// Straight up by the configured height, no higher than a flight without a plan may be; `None`: it is as high, or on the ground.
+    /// Straight up by the configured height, no higher than a flight without a plan may be; out of a landing to where that began, so that the
+    /// next one is no longer. `None`: it is as high, or on the ground.
     ///
     /// # Errors
     /// Why that may not be flown.
     pub(crate) fn climb(&self) -> Result<Option<Goal>, String> {
         let vehicle = self.seen.vehicle.ok_or("the vehicle's position is not known")?;
         let (here, limits) = (vehicle.position, self.flight_limits());
-        let height_m = (here.height_m() + self.setup.limits.config.climb_by_m.get()).min(limits.highest_m);
+        let landing = self.planner.flight.interrupted().filter(|it| it.nominal.goal.lands());
+        let by_m = || here.height_m() + self.setup.limits.config.climb_by_m.get();
+        let height_m = landing.map_or_else(by_m, |it| it.from.height_m()).min(limits.highest_m);
         if self.flight_phase() == Phase::OnGround || height_m - here.height_m() < WORTH_FLYING_M {
             return Ok(None);
         }
@@ -164,7 +167,8 @@ impl World {
         }
         let here = Some(vehicle).filter(|it| it.flying)?.position;
         let moves = MOVES_M_S < vehicle.velocity.ground_speed_m_s();
-        let onward = self.planner.flight.interrupted_goal().filter(|_| moves && !self.rests_without_plan());
+        let onward = self.planner.flight.interrupted().filter(|_| moves && !self.rests_without_plan());
+        let onward = onward.map(|it| it.nominal.goal.clone());
         let Some(Goal::Position { target, speed_limit_m_s, yaw_rad, .. }) = onward else {
             return Some(Goal::Stop);
         };

@@ -140,7 +140,7 @@ impl World {
             .flight
             .step()
             .map(|(step, ..)| step.nominal.goal.clone())
-            .or_else(|| self.planner.flight.interrupted_goal());
+            .or_else(|| self.planner.flight.interrupted().map(|it| it.nominal.goal.clone()));
         let Some(Goal::Position { target, speed_limit_m_s, .. }) = goal else { return None };
         Some((target, speed_limit_m_s))
     }

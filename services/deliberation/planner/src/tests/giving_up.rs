@@ -98,7 +98,7 @@ fn a_vehicle_that_has_landed_below_a_deck_is_not_on_it() {
 
 #[test]
 fn a_vehicle_that_has_landed_on_its_target_is_there_wherever_the_target_lies() {
-    for (terms, expected) in [("land_on_target = true", "success"), ("", "ongoing")] {
+    for (terms, expected) in [("land_on_target = true", "success"), ("", "waiting")] {
         let mut story = Story::of(&across("").replace("flying = false", &format!("flying = false\n{terms}")));
         story.plan();
         story.fly(2);

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use domain::plan::{Denial, Failure, Plan, Step};
-use domain::skill::Goal;
 
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) enum Flight {
@@ -105,9 +104,9 @@ impl Flight {
         withdrawn.as_deref()
     }
 
-    pub(crate) fn interrupted_goal(&self) -> Option<Goal> {
+    pub(crate) fn interrupted(&self) -> Option<&Step> {
         let Flight::Interrupted { steps, at, .. } = self else { return None };
-        Some(steps[*at].nominal.goal.clone())
+        Some(&steps[*at])
     }
 
     /// What the planner must know about the step that was given up: how it failed, and the denials.

@@ -2,6 +2,7 @@
 
 use domain::geometry::Ned;
 use domain::plan::{Condition, DenialKind, Parameters, StepId};
+use domain::skill::Goal;
 use domain::state::State;
 
 use super::*;
