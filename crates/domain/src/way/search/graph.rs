@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use super::legs::{Obstacles, Touched};
 use super::nodes::{Extent, GOAL, Nodes, START};
-use super::{Asked, Effort, Entry, NoWay, PROHIBITIVE_MS, TimedWay, Turns, may_open};
+use super::{Asked, EVERYTHING, Effort, Entry, NoWay, PROHIBITIVE_MS, TimedWay, Turns, may_open};
 use crate::airspace::{latest, soonest};
 use crate::geometry::Ned;
 
@@ -75,7 +75,17 @@ impl<'a> Graph<'a> {
         let start = Label { node: START, asked: Asked::new(), cost_ms: 0, at, before: None, entered: vec![] };
         self.reach(start);
         let mut looked_at = 0;
-        while let Some(Reverse((_, next))) = self.open.pop() {
+        let mut climbs_at_corners = false;
+        loop {
+            let Some(Reverse((_, next))) = self.open.pop() else {
+                // It takes a node for each corner and height: among many corners, too many.
+                if climbs_at_corners || self.effort != EVERYTHING || !self.nodes.may_climb() {
+                    return Err(NoWay::Closed);
+                }
+                climbs_at_corners = true;
+                self.climb_at_corners();
+                continue;
+            };
             match next {
                 Next::Around(index, ring) => self.around(index, ring),
                 Next::Perhaps(from, to) => {
@@ -109,12 +119,28 @@ impl<'a> Graph<'a> {
                 }
             }
         }
-        Err(NoWay::Closed)
+    }
+
+    /// Nothing is left to look at: the way may climb and descend at all corners, which takes many nodes.
+    fn climb_at_corners(&mut self) {
+        let before = self.nodes.extent();
+        self.nodes.climb_at_corners();
+        self.look_at_nodes_since(before);
     }
 
     fn reach(&mut self, label: Label) {
         self.open.push(Reverse((label.cost_ms + self.least_ms[label.node], Next::Reached(self.labels.len()))));
         self.labels.push(label);
+    }
+
+    /// Legs from all labels that were expanded may be looked at, to nodes that have joined since.
+    fn look_at_nodes_since(&mut self, before: Extent) {
+        if self.settled.len() < self.nodes.len() {
+            self.note_nodes();
+            for at in 0..self.expanded.len() {
+                self.look_around(self.expanded[at], before);
+            }
+        }
     }
 
     /// Legs from the label `index` may be looked at, to all nodes but those that there were before.
@@ -170,12 +196,7 @@ impl<'a> Graph<'a> {
         self.nodes.meet(met.iter().copied());
         self.nodes.cross(&met, here, there);
         let is_high_enough = self.nodes.clear(here, there);
-        if self.settled.len() < self.nodes.len() {
-            self.note_nodes();
-            for at in 0..self.expanded.len() {
-                self.look_around(self.expanded[at], before);
-            }
-        }
+        self.look_at_nodes_since(before);
         is_high_enough.then(|| self.fly(index, to, &touched)).flatten()
     }
 

@@ -2,7 +2,7 @@
 //!
 //! Round an area, and in its holes, a way turns at its corners. Over or under it a way is level, and climbs and descends beside it: where the leg by
 //! which the area was met comes to it and leaves it. The heights to try are those of the two ends, and the ones just over and under
-//! the areas and the ground that were met. Beside ground that is too high it climbs, descends and turns as well. A way that ends with a landing goes straight up or down first, to one of these heights, and last, over its
+//! the areas and the ground that were met. Where that gives no way, it climbs and descends at corners, too. Beside ground that is too high it climbs, descends and turns as well. A way that ends with a landing goes straight up or down first, to one of these heights, and last, over its
 //! goal.
 
 use std::collections::BTreeSet;
@@ -157,18 +157,19 @@ impl<'a> Nodes<'a> {
     }
 
     /// Whether a cheapest way may have this leg, whose end meets the corner there, if any, as `turns` says: it climbs or descends only
-    /// from the start, to the goal, or beside areas, and meets the corner where it begins as `turns` says.
+    /// from the start, to the goal, beside areas, or straight up or down at a corner, and meets the corner where it begins as `turns` says.
     pub(super) fn may_join(&self, from: usize, to: usize, turns: Turns) -> bool {
         let (a, b) = (&self.nodes[from], &self.nodes[to]);
         let is_corner = |node: &Node| matches!(node.place, Place::Corner(_));
         let is_level = a.at.down_m == b.at.down_m;
+        let is_straight_up = a.at.at_height(0.0) == b.at.at_height(0.0);
         let lands = self.obstacles.trip.lands_from_m.is_some();
         let may_climb = match (from, to) {
             (START, GOAL) if lands => false,
             (_, GOAL) if lands => return self.is_over(GOAL, from, to),
             (START, _) if lands && !self.obstacles.begins_level() => self.is_over(START, from, to),
             (START, _) | (_, GOAL) => true,
-            _ => !(is_corner(a) || is_corner(b)),
+            _ => is_straight_up || !(is_corner(a) || is_corner(b)),
         };
         let leaves = match a.place {
             Place::Corner(corner) => turns == Turns::Any || corner.is_touched_along(a.at, b.at),
@@ -191,7 +192,7 @@ impl<'a> Nodes<'a> {
                 [from, to].into_iter().flat_map(|end| footholds(end, &[self.obstacles.area(zone)], margin_m))
             {
                 // At the heights of the corners, too: the vehicle may be a little lower or higher than it flies.
-                self.add_column(foothold);
+                self.add_column(foothold, Place::Beside);
             }
         }
     }
@@ -219,9 +220,23 @@ impl<'a> Nodes<'a> {
             let mut beside = fractions.into_iter().filter(|it| 0.0 < *it && *it < 1.0);
             let (first, last) = (beside.next(), beside.next_back());
             for place in [first, last].into_iter().flatten().map(|it| a.towards(b, it)) {
-                self.add_column(place);
+                self.add_column(place, Place::Beside);
             }
         }
+    }
+
+    /// At each corner of the areas that were met the way may climb and descend as well.
+    pub(super) fn climb_at_corners(&mut self) {
+        for zone in self.met.clone() {
+            for corner in self.obstacles.grown(zone).iter().flat_map(|it| &it.corners) {
+                self.add_column(corner.at, Place::Corner(*corner));
+            }
+        }
+    }
+
+    /// Whether there is more than one height.
+    pub(super) fn may_climb(&self) -> bool {
+        1 < self.heights.len()
     }
 
     /// Whether the leg from `a` to `b` is clear of the ground. The heights over ground that it is too low for join, and points beside it,
@@ -237,16 +252,16 @@ impl<'a> Nodes<'a> {
                 self.add_height(hill.clear_m);
             }
             for place in hill.at.into_iter().flat_map(|at| beside(at, a, b)) {
-                self.add_column(place);
+                self.add_column(place, Place::Beside);
             }
         }
         hills.is_empty()
     }
 
-    fn add_column(&mut self, place: Ned) {
-        self.columns.push((place, Place::Beside));
+    fn add_column(&mut self, at: Ned, place: Place) {
+        self.columns.push((at, place));
         for height_m in self.heights.clone() {
-            self.add_open(place.at_height(height_m), Place::Beside);
+            self.add_open(at.at_height(height_m), place);
         }
     }
 

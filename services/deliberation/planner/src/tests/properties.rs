@@ -103,6 +103,42 @@ fn assert_allowed(steps: &[Step], areas: &[Area], held: &BTreeSet<String>) -> Re
     Ok(())
 }
 
+/// What is asked for ahead is what a later step needs, at the lead time before its border, and no step before asks for: that is what coming back
+/// needs, which is asked for before the takeoff, and for long enough.
+fn assert_asked_ahead(steps: &[Step]) -> Result<(), TestCaseError> {
+    let lasts = |step: &Step, area: &str| Some(step.ask.iter().find(|it| it.area == area)?.lasts);
+    let rules = Rules::for_tests();
+    let mut begins = vec![Duration::ZERO];
+    for step in steps {
+        begins.push(begins[begins.len() - 1] + flight_time(step, &rules));
+    }
+    let lead = rules.config.ask_ahead_s.seconds();
+    let mut ahead = BTreeSet::new();
+    for (during, step) in steps.iter().enumerate() {
+        for it in &step.ask_ahead {
+            prop_assert!(ahead.insert(it.need.area.clone()), "twice: {steps:?}");
+            let needs = |step: &Step| step.ask.iter().find(|need| need.area == it.need.area).cloned();
+            let later = steps.iter().enumerate().find_map(|(index, step)| Some((index, needs(step)?)));
+            prop_assert!(later.is_some(), "asked for by no step: {steps:?}");
+            let Some((later, need)) = later else { continue };
+            let asked = begins[during] + it.after;
+            prop_assert!(during < later && asked < begins[during + 1], "{steps:?}");
+            prop_assert!(asked.is_zero() || asked + lead == begins[later + 1], "too early or too late: {steps:?}");
+            prop_assert_eq!(it.need.lasts, need.lasts + (begins[later] - asked));
+        }
+    }
+    for (later, step) in steps.iter().enumerate().filter(|(later, _)| !begins[*later].is_zero()) {
+        let is_near = begins[later + 1] - begins[later] < lead;
+        for need in &step.ask {
+            let asked =
+                std::iter::zip(&begins, &steps[..later]).find_map(|(at, it)| Some(*at + lasts(it, &need.area)?));
+            prop_assert_eq!(ahead.contains(&need.area), is_near && asked.is_none(), "{:?}", steps);
+            prop_assert!(asked.is_none_or(|until| begins[later] + need.lasts <= until), "asked for again: {steps:?}");
+        }
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -150,32 +186,7 @@ proptest! {
         let held: BTreeSet<String> = chosen.map(|(_, it)| it.name.clone()).collect();
         let request = from(start.at_height(height_m), &held);
         let Answer::Plan(steps) = planner(&areas, goal).replan(request, Now::default()) else { return Ok(()) };
-        let rules = Rules::for_tests();
-        let mut begins = vec![Duration::ZERO];
-        for step in &steps {
-            begins.push(begins[begins.len() - 1] + flight_time(step, &rules));
-        }
-        let lead = rules.config.ask_ahead_s.seconds();
-        let mut ahead = BTreeSet::new();
-        for (during, step) in steps.iter().enumerate() {
-            for it in &step.ask_ahead {
-                prop_assert!(ahead.insert(it.need.area.clone()), "twice: {steps:?}");
-                let needs = |step: &Step| step.ask.iter().find(|need| need.area == it.need.area).cloned();
-                let later = steps.iter().enumerate().find_map(|(index, step)| Some((index, needs(step)?)));
-                prop_assert!(later.is_some(), "asked for by no step: {steps:?}");
-                let Some((later, need)) = later else { continue };
-                let asked = begins[during] + it.after;
-                prop_assert!(during < later && asked < begins[during + 1], "{steps:?}");
-                prop_assert!(asked.is_zero() || asked + lead == begins[later + 1], "too early or too late: {steps:?}");
-                prop_assert_eq!(it.need.lasts, need.lasts + (begins[later] - asked));
-            }
-        }
-        for (later, step) in steps.iter().enumerate().filter(|(later, _)| !begins[*later].is_zero()) {
-            let is_near = begins[later + 1] - begins[later] < lead;
-            for need in &step.ask {
-                prop_assert_eq!(ahead.contains(&need.area), is_near, "{:?}", &steps);
-            }
-        }
+        assert_asked_ahead(&steps)?;
     }
 
     #[test]
@@ -234,4 +245,20 @@ proptest! {
             kept.take_over(mission_among(&areas, goal));
         }
     }
+}
+
+/// Home is closed, so that coming back takes the area at the end, whose border is a few seconds from the start.
+#[test]
+fn what_is_asked_for_before_the_takeoff_is_not_asked_for_ahead() {
+    let square = |name: &str, kind, (west, east)| {
+        let corners = [(-50.0, west), (50.0, west), (50.0, east), (-50.0, east)];
+        Area::new(name, kind, corners.map(|(north, east)| Ned::new(north, east, 0.0)).to_vec())
+    };
+    let areas = [square("home", AreaKind::KeepOut, (-50.0, 50.0)), square("end", AreaKind::Permission, (130.0, 230.0))];
+    let (start, goal) = (Ned::new(0.0, 80.0, 0.0), Ned::new(0.0, 180.0, 0.0));
+    let answer = planner(&areas, goal).replan(from(start, &BTreeSet::new()), Now::default());
+    let Answer::Plan(steps) = answer else { panic!("{answer:?}") };
+    let asks: Vec<Action> = steps.iter().filter(|it| it.asks_for("end")).map(action).collect();
+    assert_eq!(asks, [Action::Stop, Action::Position]);
+    assert_asked_ahead(&steps).unwrap();
 }
