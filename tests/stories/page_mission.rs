@@ -21,6 +21,7 @@ north_m = 0.0
 east_m = 0.0
 height_m = 0.0
 flying = false
+land_on_target = true
 [origin]
 latitude_deg = 54.0
 longitude_deg = 6.6
@@ -30,6 +31,11 @@ name = "all but the quay"
 kind = "keep-out"
 corners_m = [[-3000.0, -3000.0], [3000.0, -3000.0], [3000.0, 3000.0], [-3000.0, 3000.0]]
 holes_m = [[[-900.0, -900.0], [900.0, -900.0], [900.0, 900.0], [-900.0, 900.0]]]
+[[area]]
+name = "bay"
+kind = "no-landing"
+ground = "water"
+corners_m = [[-600.0, 400.0], [-600.0, 600.0], [-400.0, 600.0]]
 "#;
 
 /// The page of a system in the air.
@@ -79,7 +85,9 @@ fn another_mission_is_tried_out_and_uploaded_in_flight() {
     let origin = "[origin]\nlatitude_deg = 54.0\nlongitude_deg = 6.6\naltitude_m = 20.0\n";
     wait_for("the mission's origin", || browser.value("#mission-text").contains(origin).then_some(()));
     let hole = "holes_m = [[[-900.0, -900.0], [900.0, -900.0], [900.0, 900.0], [-900.0, 900.0]]]";
-    assert!(browser.value("#mission-text").contains(hole), "{}", browser.value("#mission-text"));
+    let bay = "name = \"bay\"\nkind = \"no-landing\"\nground = \"water\"\ncorners_m";
+    let text = browser.value("#mission-text");
+    assert!([hole, bay, "land_on_target = true"].iter().all(|it| text.contains(it)), "{text}");
     browser.click("#editor-close");
     browser.wait_for("#phase", "over: success");
     assert_eq!(browser.document("uav1")["report"]["objectives"][0]["name"], "mast");

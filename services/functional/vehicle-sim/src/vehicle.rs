@@ -149,15 +149,13 @@ impl Vehicle {
         }
         if command.mode().is_some() || arms {
             self.others.commanded();
+            self.lands_on_target = command == Command::LandOnTarget;
         }
         match command {
             Command::Arm => self.arming.arm(now),
             Command::Disarm => self.disarm(),
             Command::Takeoff { height_m } => self.intended = Mode::Takeoff { height_m },
-            Command::Land | Command::LandOnTarget => {
-                self.intended = Mode::Land;
-                self.lands_on_target = command == Command::LandOnTarget;
-            }
+            Command::Land | Command::LandOnTarget => self.intended = Mode::Land,
             Command::Loiter => self.intended = Mode::Loiter,
             Command::Offboard => self.intended = Mode::Offboard,
             Command::Release => self.gripper.release(now),
