@@ -1,10 +1,11 @@
 //! A landing on a target: seen to the ground, lost for a while, never seen, lost in the last moment.
 
 use control_tower::policy::Policy;
-use kittiwake_proto::v1::MissionOutcome;
+use kittiwake_proto::v1::operator_command::Verb;
+use kittiwake_proto::v1::{MissionOutcome, PauseMission, ResumeMission};
 use simulation::Simulation;
 
-use crate::stories::support::story::{ends, s, when_flown};
+use crate::stories::support::story::{ends, kill, s, when_flown};
 use crate::stories::support::{config, simulation};
 
 fn deck() -> Simulation<'static> {
@@ -46,4 +47,36 @@ fn a_target_that_is_lost_in_the_last_moment_is_landed_on() {
     let mut simulation = deck();
     simulation.inject_fault("hide_target", &["0.8"]);
     ends(simulation, MissionOutcome::Success, &[LANDS, "step 3 succeeded", HOME]);
+}
+
+/// The target is hidden below 5 m, then `trouble` comes on the way up, then the target is shown again.
+#[track_caller]
+fn check(trouble: impl Fn(&mut Simulation<'_>), outcome: MissionOutcome, expected: &str) {
+    let mut simulation = deck();
+    simulation.inject_fault("hide_target", &["5"]);
+    assert!(simulation.fly_until(CLIMBS, s(60)), "{}", simulation.decision_log());
+    trouble(&mut simulation);
+    simulation.inject_fault("hide_target", &["0"]);
+    ends(simulation, outcome, &[RAISED, CLIMBS, expected]);
+}
+
+#[test]
+fn a_second_trouble_on_the_way_up_from_a_lost_target_does_no_harm() {
+    for process in ["mcm", "monitor", "skill-manager", "planner"] {
+        check(|it| kill(it, process, s(3)), MissionOutcome::Success, HOME);
+    }
+    check(|it| it.inject_fault("battery", &["0.2"]), MissionOutcome::Emergency, "`battery_low`: divert");
+    check(|it| it.inject_fault("battery", &["0.08"]), MissionOutcome::Emergency, "`battery_critical`: land");
+    let gust = |it: &mut Simulation<'_>| {
+        it.inject_fault("wind", &["0", "13.7"]);
+        it.pass(s(30));
+        it.inject_fault("wind", &["0", "0"]);
+    };
+    check(gust, MissionOutcome::Success, HOME);
+    let pause = |it: &mut Simulation<'_>| {
+        it.order(Verb::Pause(PauseMission { overrides: false }));
+        it.pass(s(30));
+        it.order(Verb::Resume(ResumeMission::default()));
+    };
+    check(pause, MissionOutcome::Success, HOME);
 }
