@@ -168,7 +168,9 @@ impl Exam<'_> {
 }
 
 fn is_there(exam: &mut Exam<'_>) -> Seen {
-    let Some((report, _)) = exam.report(OPEN_LIMIT, |_| true) else { return Err("nothing was heard".to_owned()) };
+    let Some((report, _)) = exam.report(OPEN_LIMIT, |_| true) else {
+        return Err("nothing was heard on kw/VEHICLE/task/report: does it use the same --vehicle?".to_owned());
+    };
     if report.version == exam.skill.version {
         Ok(format!("version {}", report.version))
     } else {

@@ -132,7 +132,7 @@ fn test(args: &TestArgs) -> Outcome {
     }
     let told = exam::examine(skill, &task, &target.connect, &target.vehicle, |result| {
         let mark = if result.passed { "pass" } else { "FAIL" };
-        output::line(format_args!("{mark}  {:44} {}", result.case, result.seen));
+        output::line(format_args!("{mark}  {:50} {}", result.case, result.seen));
     });
     match told {
         Ok(true) => Outcome::Success,
