@@ -83,7 +83,8 @@ fn the_tree_includes_its_subtrees_and_says_why_nodes_failed() {
     wait_for("the step below the executor", || level(&browser, "step").filter(|it| *it == executor + 1));
     assert_eq!(level(&browser, "contingency behavior"), None, "idle nodes are not sent");
     browser.wait_for("#tree", " idle");
-    assert!(system.inject(&["flag", "obstacle"]).status.success());
+    // It holds until somebody lowers it: a response that ends at once is not seen.
+    assert!(system.inject(&["flag", "gnss_lost"]).status.success());
     let included = wait_for("the included tree", || level(&browser, "contingency behavior"));
     assert_eq!(level(&browser, "contingencies").map(|it| it + 1), Some(included));
     browser.wait_for("#tree [data-failed]", "ago");
