@@ -9,12 +9,12 @@ pub const COMMAND: u16 = 211;
 /// GRIPPER_ACTION_RELEASE, in its second parameter; 1 grabs.
 const RELEASE: f64 = 0.0;
 
-/// What its acknowledgements have said.
+/// Its state, by the acknowledgements.
 #[derive(Debug, Default)]
 pub struct SilentGripper {
-    /// By the last acknowledgement.
+    /// After the last accepted command.
     state: Option<Gripper>,
-    /// By a command that is not answered yet.
+    /// After a command that is not answered yet.
     awaited: Option<Gripper>,
 }
 
@@ -39,7 +39,7 @@ impl SilentGripper {
         *self = SilentGripper::default();
     }
 
-    /// What it does.
+    /// Its state; silent until a command was accepted.
     pub fn state(&self) -> Gripper {
         self.state.unwrap_or(Gripper::Silent)
     }

@@ -3,39 +3,29 @@
 //! The planner needs the inputs, the time and the energy; the monitor reads the conditions; the skill manager gets the limits with
 //! each goal. None of them knows what the skill does.
 
-use std::collections::BTreeMap;
 use std::fs;
-use std::ops::Range;
 use std::path::Path;
 
-use serde::Deserialize;
-use toml::Spanned;
-
 use crate::contingency::expression::estimate::Estimate;
-use crate::contingency::expression::{Expression, Problem, Verdict};
+use crate::contingency::expression::{Expression, Verdict};
 use crate::contingency::hazard::reach::well;
 use crate::contingency::snapshot::{Field, Snapshot};
-use crate::control_character::is_control;
 use crate::file::{Mistake, Mistakes, Source, did_you_mean};
 use crate::geometry::Ned;
 use crate::mission::Objective;
-use crate::payload_command::{PAYLOAD_COMMANDS, Param, PayloadCommand};
-use crate::quantity::Number;
+use crate::payload_command::PayloadCommand;
 use crate::task::{Stance, Task, TaskGoal, Value};
 
-/// Most seconds that another skill waits for an interrupted one: an emergency cannot wait longer. (ENG)
-const LONGEST_INTERRUPT_S: f64 = 10.0;
+mod input;
+mod read;
+
+use input::{Input, InputKind, value_in, with};
+
 /// Conditions are tried at these heights, in metres.
 const HEIGHTS_M: [f64; 8] = [10.0, 5.0, 3.0, 15.0, 20.0, 30.0, 50.0, 80.0];
-/// The least and the greatest of all inputs are tried together.
-const MOST_INPUTS: usize = 8;
-/// Parameters of a command of MAVLink.
-const MOST_PARAMS: usize = 7;
 /// Most tasks at one place.
 pub const MOST_TASKS: usize = 50;
 const LONGEST_NAME: usize = 40;
-/// Characters of an input.
-const LONGEST_TEXT: usize = 100;
 /// A task along a leg has failed if it runs for longer, in seconds: no flight takes a day. Also the greatest estimate.
 const LONGEST_LEG_S: f64 = 86_400.0;
 
@@ -71,89 +61,6 @@ pub struct DeclaredSkill {
     fails_as: Vec<String>,
     /// The command for an autopilot that carries the skill out itself; `None`: a process does.
     pub payload_command: Option<PayloadCommand>,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-struct Input {
-    name: String,
-    kind: InputKind,
-    /// Its value where a mission leaves it out.
-    usual: Option<Value>,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-enum InputKind {
-    Number {
-        least: f64,
-        most: f64,
-    },
-    /// One of these; any if there are none.
-    Text(Vec<String>),
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    version: Number<1, 1_000_000>,
-    summary: String,
-    precondition: Option<Spanned<String>>,
-    invariant: Option<Spanned<String>>,
-    postcondition: Option<Spanned<String>>,
-    #[serde(default)]
-    vehicle: Stance,
-    seconds: Option<Spanned<EstimateEntry>>,
-    power_w: Option<Spanned<EstimateEntry>>,
-    limit_s: Option<Spanned<EstimateEntry>>,
-    interrupt_s: Option<Spanned<Number<0, 86_400>>>,
-    tries: Option<Spanned<Number<1, 20>>>,
-    #[serde(default)]
-    input: BTreeMap<Spanned<String>, InputEntry>,
-    outcome: Spanned<BTreeMap<Spanned<String>, Meaning>>,
-    mavlink: Option<MavlinkEntry>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MavlinkEntry {
-    command: Spanned<String>,
-    params: Spanned<Vec<Spanned<ParamEntry>>>,
-    cancel: Option<Spanned<Vec<Spanned<ParamEntry>>>>,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum ParamEntry {
-    Number(f64),
-    Input(String),
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct InputEntry {
-    least: Option<Spanned<f64>>,
-    most: Option<Spanned<f64>>,
-    /// It is a text.
-    #[serde(default)]
-    text: bool,
-    /// One of these.
-    #[serde(default)]
-    choices: Vec<Spanned<String>>,
-    usual: Option<Spanned<Value>>,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "expected a number, or a text that calculates one from inputs")]
-enum EstimateEntry {
-    Number(f64),
-    Text(String),
-}
-
-/// What an outcome means for the objective.
-#[derive(Clone, Copy, PartialEq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum Meaning {
-    Success,
-    Failure,
 }
 
 impl DeclaredSkills {
@@ -250,87 +157,6 @@ impl DeclaredSkills {
 }
 
 impl DeclaredSkill {
-    /// Parses and checks a declaration; its name is that of the file.
-    ///
-    /// # Errors
-    /// The mistakes, each with its place.
-    pub fn read(source: &Source) -> Result<DeclaredSkill, Mistakes> {
-        let file: File = source.parse()?;
-        let mut check = Check { source, mistakes: Mistakes::default() };
-        let name = source.path.file_stem().map(|it| it.to_string_lossy().into_owned()).unwrap_or_default();
-        if !is_name(&name) || is_built_in(&name) {
-            check.say(None, format!("the file name `{name}` cannot name a skill"), NAMES);
-        }
-        let inputs: Vec<Input> = file.input.iter().map(|(name, it)| check.input(name, it)).collect();
-        if let Some((name, _)) = file.input.iter().nth(MOST_INPUTS) {
-            check.say(Some(name.span()), format!("found {} inputs, expected at most {MOST_INPUTS}", inputs.len()), "");
-        }
-        let payload_command = file.mavlink.as_ref().map(|it| check.payload_command(it, &inputs));
-        let stance = file.vehicle;
-        check.times(&file);
-        let interrupt_s = check.interrupt(file.interrupt_s.as_ref());
-        let outcomes = |wanted: Meaning| {
-            let those = file.outcome.as_ref().iter().filter(move |(_, meaning)| **meaning == wanted);
-            those.map(|(name, _)| name.as_ref().clone()).collect::<Vec<_>>()
-        };
-        let succeeds_as = outcomes(Meaning::Success);
-        if succeeds_as.is_empty() {
-            check.say(Some(file.outcome.span()), "no outcome is a success", "say which one is: `done = \"success\"`");
-        }
-        for name in
-            file.outcome.as_ref().keys().filter(|it| !is_name(it.as_ref()) || RESERVED.contains(&it.as_ref().as_str()))
-        {
-            check.say(Some(name.span()), format!("`{}` cannot name an outcome", name.as_ref()), NAMES);
-        }
-        let skill = DeclaredSkill {
-            name,
-            version: file.version.get() as u32,
-            summary: file.summary.clone(),
-            precondition: check.condition(file.precondition.as_ref()),
-            invariant: check.condition(file.invariant.as_ref()),
-            postcondition: check.condition(file.postcondition.as_ref()),
-            stance,
-            seconds: check.estimate("seconds", file.seconds.as_ref(), 0.0, &inputs),
-            power_w: check.estimate("power_w", file.power_w.as_ref(), 0.0, &inputs),
-            limit_s: check.estimate("limit_s", file.limit_s.as_ref(), LONGEST_LEG_S, &inputs),
-            inputs,
-            interrupt_s,
-            tries: file.tries.as_ref().map_or(1, |it| it.as_ref().get() as u32),
-            succeeds_as,
-            fails_as: outcomes(Meaning::Failure),
-            payload_command,
-        };
-        let too_long = corners(&skill.inputs).into_iter().find_map(|it| {
-            let (seconds, limit_s) = (skill.seconds.value(&value_in(&it)), skill.limit_s.value(&value_in(&it)));
-            (limit_s < seconds).then(|| format!("`limit_s` is {limit_s}{}, and the skill takes {seconds} s", with(&it)))
-        });
-        if let Some((limit, message)) = file.limit_s.as_ref().zip(too_long) {
-            check.say(Some(limit.span()), message, "raise it: a skill that is as slow as declared has not failed");
-        }
-        match (skill.usable_at_m(), &skill.postcondition) {
-            (None, _) => {
-                let span = file.precondition.as_ref().or(file.invariant.as_ref()).map(Spanned::span);
-                let (message, help) = match stance {
-                    Stance::Stands => {
-                        ("precondition and invariant do not hold while a vehicle stands on the ground".to_owned(), "")
-                    }
-                    Stance::Hovers | Stance::Flies => (
-                        format!("precondition and invariant hold at no height at which a vehicle {stance}"),
-                        "tried at 3 to 80 m, while all is well",
-                    ),
-                };
-                check.say(span, message, help);
-            }
-            (Some(height_m), Some(it)) if it.verdict(&usual(stance, height_m)) == Verdict::DoesNotHold => {
-                let message =
-                    format!("the postcondition does not hold where the skill is used, such as at {height_m} m");
-                check.say(file.postcondition.as_ref().map(Spanned::span), message, "no task could succeed");
-            }
-            (Some(_), _) => {}
-        }
-        check.mistakes.or(skill)
-    }
-
     /// Why it cannot do this task while the vehicle does that, and how to mend that; `None` if it can.
     fn misfit(&self, task: &Task, stance: Stance, height_m: f64) -> Option<(String, String)> {
         if stance != self.stance {
@@ -379,7 +205,7 @@ impl DeclaredSkill {
         let of = |it: &Estimate| it.value(&value_in(&values));
         let fits = |it: &f64| (0.0..=LONGEST_LEG_S).contains(it);
         let (seconds, limit_s) = (of(&self.seconds), of(&self.limit_s));
-        let is_good = [seconds, limit_s, of(&self.power_w)].iter().all(fits) && seconds <= limit_s;
+        let is_good = [seconds, limit_s, of(&self.power_w)].iter().all(fits) && 0.0 < limit_s && seconds <= limit_s;
         (!is_good).then(|| {
             let message = format!(
                 "skill `{}` comes to {seconds} s, at most {limit_s} s, and {} W{}",
@@ -485,79 +311,6 @@ impl DeclaredSkill {
     }
 }
 
-impl Input {
-    fn of(&self, task: &Task) -> Option<Value> {
-        let given = task.inputs.iter().find(|(name, _)| *name == self.name);
-        given.map(|(_, value)| value.clone()).or_else(|| self.usual.clone())
-    }
-
-    /// What it may be instead, if `value` does not fit.
-    fn unfit(&self, value: &Value) -> Option<String> {
-        let fits = match (&self.kind, value) {
-            (InputKind::Number { least, most }, Value::Number(number)) => (*least..=*most).contains(number),
-            (InputKind::Text(choices), Value::Text(text)) => {
-                is_text(text) && (choices.is_empty() || choices.contains(text))
-            }
-            _ => false,
-        };
-        (!fits).then(|| self.expected())
-    }
-
-    /// `from 2 to 30`
-    fn expected(&self) -> String {
-        match &self.kind {
-            InputKind::Number { least, most } => format!("from {least} to {most}"),
-            InputKind::Text(choices) if choices.is_empty() => "a text in quotes".to_owned(),
-            InputKind::Text(choices) => format!("one of {}", choices.join(", ")),
-        }
-    }
-
-    /// The least number, or the first text.
-    fn first(&self) -> Value {
-        match &self.kind {
-            InputKind::Number { least, .. } => Value::Number(*least),
-            InputKind::Text(choices) => Value::Text(choices.first().cloned().unwrap_or_else(|| "text".to_owned())),
-        }
-    }
-
-    /// `length_m from 2 to 30, usually 5`
-    fn in_words(&self) -> String {
-        let usual = self.usual.as_ref().map(|it| format!(", usually {it}")).unwrap_or_default();
-        format!("{} {}{usual}", self.name, self.expected())
-    }
-}
-
-const TEXTS: &str = "a text has 1 to 100 characters, none of them a control character";
-
-fn is_text(text: &str) -> bool {
-    (1..=LONGEST_TEXT).contains(&text.chars().count()) && !text.chars().any(is_control)
-}
-
-/// Every set of least and greatest numbers.
-fn corners(inputs: &[Input]) -> Vec<Vec<(String, f64)>> {
-    let range = |it: &Input| match it.kind {
-        InputKind::Number { least, most } => Some((it.name.clone(), least, most)),
-        InputKind::Text(_) => None,
-    };
-    let ranges: Vec<(String, f64, f64)> = inputs.iter().filter_map(range).take(MOST_INPUTS).collect();
-    let end = |set: usize, at: usize, (name, least, most): &(String, f64, f64)| {
-        (name.clone(), if (set >> at) & 1 == 0 { *least } else { *most })
-    };
-    let corner = |set| ranges.iter().enumerate().map(|(at, it)| end(set, at, it)).collect();
-    (0..1 << ranges.len()).map(corner).collect()
-}
-
-/// Looks up a value by its name.
-fn value_in(values: &[(String, f64)]) -> impl Fn(&str) -> Option<f64> {
-    |name| values.iter().find(|(it, _)| it == name).map(|(_, value)| *value)
-}
-
-/// ` with length_m 12`; empty without inputs.
-fn with(values: &[(String, f64)]) -> String {
-    let values: Vec<String> = values.iter().map(|(name, value)| format!("{name} {value}")).collect();
-    if values.is_empty() { String::new() } else { format!(" with {}", values.join(" and ")) }
-}
-
 /// The values that conditions read while all is well and the vehicle does this at this height.
 fn usual(stance: Stance, height_m: f64) -> Snapshot {
     let mut usual = well(stance != Stance::Stands);
@@ -608,316 +361,5 @@ pub(crate) fn is_name(name: &str) -> bool {
     name.starts_with(|it: char| it.is_ascii_lowercase()) && name.len() <= LONGEST_NAME && name.chars().all(rest)
 }
 
-struct Check<'a> {
-    source: &'a Source,
-    mistakes: Mistakes,
-}
-
-impl Check<'_> {
-    fn say(&mut self, span: Option<Range<usize>>, message: impl Into<String>, help: &str) {
-        self.mistakes.push(self.source.mistake(span, message, help));
-    }
-
-    fn input(&mut self, name: &Spanned<String>, it: &InputEntry) -> Input {
-        if !is_name(name.as_ref()) || name.as_ref() == "skill" {
-            self.say(Some(name.span()), format!("`{}` cannot name an input", name.as_ref()), NAMES);
-        }
-        let kind = match (it.text || !it.choices.is_empty(), &it.least, &it.most) {
-            (true, None, None) => {
-                for choice in it.choices.iter().filter(|it| !is_text(it.as_ref())) {
-                    self.say(Some(choice.span()), format!("{:?} cannot be chosen", choice.as_ref()), TEXTS);
-                }
-                InputKind::Text(it.choices.iter().map(|it| it.as_ref().clone()).collect())
-            }
-            (false, Some(least), Some(most)) => {
-                let (most_span, least, most) = (most.span(), *least.as_ref(), *most.as_ref());
-                if !(least.is_finite() && most.is_finite() && least <= most) {
-                    let message = format!("`most` is {most}, expected no less than `least`, which is {least}");
-                    self.say(Some(most_span), message, "");
-                }
-                InputKind::Number { least, most }
-            }
-            _ => {
-                let message = format!("input `{}` is neither a number nor a text", name.as_ref());
-                self.say(Some(name.span()), message, "give `least` and `most`, or `text = true`, or `choices = [..]`");
-                InputKind::Text(Vec::new())
-            }
-        };
-        let input = Input { name: name.as_ref().clone(), kind, usual: it.usual.as_ref().map(|it| it.as_ref().clone()) };
-        if let Some((usual, expected)) = it.usual.as_ref().and_then(|it| Some((it, input.unfit(it.as_ref())?))) {
-            self.say(Some(usual.span()), format!("`usual` is {}, expected {expected}", usual.as_ref()), "");
-        }
-        input
-    }
-
-    /// What `key` comes to, `usual` without it: from 0 to a day for the least and the greatest inputs.
-    fn estimate(&mut self, key: &str, it: Option<&Spanned<EstimateEntry>>, usual: f64, inputs: &[Input]) -> Estimate {
-        let is_number = |it: &&Input| matches!(it.kind, InputKind::Number { .. });
-        let names: Vec<&str> = inputs.iter().filter(is_number).map(|it| it.name.as_str()).collect();
-        let estimate = match it.map(Spanned::as_ref) {
-            None => return Estimate::constant(usual),
-            Some(EstimateEntry::Number(number)) => Ok(Estimate::constant(*number)),
-            Some(EstimateEntry::Text(text)) => Estimate::parse(text, &names),
-        };
-        let span = it.map(Spanned::span);
-        let estimate = match estimate {
-            Ok(estimate) => estimate,
-            Err(problem) => {
-                self.problem(span, problem);
-                return Estimate::constant(usual);
-            }
-        };
-        let wrong = corners(inputs).into_iter().find_map(|it| {
-            let value = estimate.value(&value_in(&it));
-            let fits = (0.0..=LONGEST_LEG_S).contains(&value);
-            (!fits).then(|| format!("`{key}` is {value}{}, expected 0 to {LONGEST_LEG_S}", with(&it)))
-        });
-        if let Some(message) = wrong {
-            self.say(span, message, "");
-        }
-        estimate
-    }
-
-    /// A task along a leg lasts as long as that, nothing waits for its end, and the leg is flown once.
-    fn times(&mut self, file: &File) {
-        if file.vehicle == Stance::Flies {
-            let keys = [
-                ("seconds", file.seconds.as_ref().map(Spanned::span)),
-                ("limit_s", file.limit_s.as_ref().map(Spanned::span)),
-                ("interrupt_s", file.interrupt_s.as_ref().map(Spanned::span)),
-                ("tries", file.tries.as_ref().map(Spanned::span)),
-                ("postcondition", file.postcondition.as_ref().map(Spanned::span)),
-            ];
-            for (key, span) in keys.into_iter().filter_map(|(key, span)| Some((key, span?))) {
-                let message = format!("`{key}` is given, and the skill is used while the vehicle flies");
-                self.say(Some(span), message, "take it out: the task begins and ends with the leg");
-            }
-            return;
-        }
-        for (key, is_given) in [("seconds", file.seconds.is_some()), ("limit_s", file.limit_s.is_some())] {
-            if !is_given {
-                let message = format!("`{key}` is missing: the skill is used while the vehicle {}", file.vehicle);
-                self.say(None, message, "only `vehicle = \"flies\"` does without it");
-            }
-        }
-    }
-
-    fn interrupt(&mut self, it: Option<&Spanned<Number<0, 86_400>>>) -> f64 {
-        let Some(it) = it else { return 0.0 };
-        let seconds = it.as_ref().get();
-        if LONGEST_INTERRUPT_S < seconds {
-            let message = format!("`interrupt_s` is {seconds}, expected at most {LONGEST_INTERRUPT_S}");
-            self.say(
-                Some(it.span()),
-                message,
-                "an emergency waits for it: let the process do what takes longer before it ends",
-            );
-        }
-        seconds
-    }
-
-    fn payload_command(&mut self, it: &MavlinkEntry, inputs: &[Input]) -> PayloadCommand {
-        let name = it.command.as_ref();
-        let command = PAYLOAD_COMMANDS.iter().find(|(known, _)| known == name);
-        if command.is_none() {
-            let known = PAYLOAD_COMMANDS.map(|(name, _)| name);
-            let help = format!("{}one of {}", did_you_mean(name, &known), known.join(", "));
-            self.say(Some(it.command.span()), format!("`{name}` does not command a payload"), &help);
-        }
-        let params = self.params(&it.params, inputs);
-        let cancel = it.cancel.as_ref().map(|it| self.params(it, inputs));
-        PayloadCommand { command: command.map_or(0, |(_, number)| *number), params, cancel }
-    }
-
-    fn params(&mut self, entries: &Spanned<Vec<Spanned<ParamEntry>>>, inputs: &[Input]) -> Vec<Param> {
-        if MOST_PARAMS < entries.as_ref().len() {
-            self.say(
-                Some(entries.span()),
-                format!("found {} parameters, expected at most {MOST_PARAMS}", entries.as_ref().len()),
-                "",
-            );
-        }
-        let param = |it: &Spanned<ParamEntry>| match it.as_ref() {
-            ParamEntry::Number(number) => Param::Number(*number),
-            ParamEntry::Input(name) => {
-                let is_number = |it: &&Input| matches!(it.kind, InputKind::Number { .. });
-                let names: Vec<&str> = inputs.iter().filter(is_number).map(|it| it.name.as_str()).collect();
-                if !names.contains(&name.as_str()) {
-                    let message = format!("there is no input `{name}` that is a number");
-                    self.say(Some(it.span()), message, &did_you_mean(name, &names));
-                }
-                Param::Input(name.clone())
-            }
-        };
-        entries.as_ref().iter().map(param).collect()
-    }
-
-    fn condition(&mut self, it: Option<&Spanned<String>>) -> Option<Expression> {
-        let it = it?;
-        match Expression::parse(it.as_ref()) {
-            Ok(expression) => Some(expression),
-            Err(problem) => {
-                self.problem(Some(it.span()), problem);
-                None
-            }
-        }
-    }
-
-    /// Of a text at `span`.
-    fn problem(&mut self, span: Option<Range<usize>>, problem: Problem) {
-        // It stands behind its quote.
-        let inside = span.map(|it| it.start + 1 + problem.span.start..it.start + 1 + problem.span.end);
-        self.say(inside, problem.message, &problem.help);
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::testing::check_mistake;
-
-    const GOOD: &str = r#"
-version = 1
-summary = "Lowers a load on a rope"
-precondition = "vehicle.flying and position.height_m < 40 m"
-invariant = "motion.ground_speed_m_s < 2 m/s"
-seconds = "2 + 2 * length_m"
-power_w = 40.0
-limit_s = 60.0
-interrupt_s = 5.0
-[input.length_m]
-least = 1.0
-most = 20.0
-[outcome]
-done = "success"
-snagged = "failure"
-[mavlink]
-command = "DO_WINCH"
-params = [1, "length_m"]
-"#;
-
-    fn read(text: &str) -> Result<DeclaredSkill, Mistakes> {
-        DeclaredSkill::read(&Source { path: "winch_down.toml".into(), text: text.into() })
-    }
-
-    #[test]
-    fn a_declaration_says_what_a_task_takes() {
-        let skill = read(GOOD).unwrap();
-        let task = Task { skill: "winch_down".into(), inputs: vec![("length_m".into(), 12.0.into())] };
-        let goal = skill.goal(&task, Ned::default());
-        assert_eq!((goal.estimate_s, goal.limit_s, goal.interrupt_s, skill.tries), (26.0, 60.0, 5.0, 1));
-        assert_eq!(goal.task.to_string(), "winch_down (length_m 12)");
-        assert_eq!(skill.outcomes().collect::<Vec<_>>(), [("done", true), ("snagged", false)]);
-    }
-
-    #[test]
-    fn a_task_that_no_declaration_allows_is_told() {
-        #[track_caller]
-        fn check(skill: &str, inputs: &[(&str, f64)], expected: Option<&str>) {
-            check_at(10.0, skill, inputs, expected);
-        }
-        #[track_caller]
-        fn check_at(height_m: f64, skill: &str, inputs: &[(&str, f64)], expected: Option<&str>) {
-            let inputs = inputs.iter().map(|(name, value)| ((*name).to_owned(), Value::Number(*value))).collect();
-            let declared = DeclaredSkills::of(vec![read(GOOD).unwrap()]);
-            let found = declared.misfit(&Task { skill: skill.into(), inputs }, Stance::Hovers, height_m);
-            assert_eq!(found.map(|(message, _)| message).as_deref(), expected);
-        }
-        check("winch_down", &[("length_m", 12.0)], None);
-        let too_high = "skill `winch_down` is used at 40 m, and asks for `vehicle.flying and position.height_m < 40 m`";
-        check_at(40.0, "winch_down", &[("length_m", 12.0)], Some(too_high));
-        check("winch_up", &[], Some("there is no declared skill `winch_up`"));
-        check("winch_down", &[], Some("skill `winch_down` needs `length_m`"));
-        check(
-            "winch_down",
-            &[("length_m", 50.0)],
-            Some("`length_m` of skill `winch_down` is 50, expected from 1 to 20"),
-        );
-        check("winch_down", &[("lenght_m", 5.0)], Some("skill `winch_down` has no input `lenght_m`"));
-    }
-
-    #[test]
-    fn an_input_may_be_a_text() {
-        #[track_caller]
-        fn check(inputs: &str, given: &str, expected: Option<&str>) {
-            let text = GOOD.replace("[outcome]", &format!("[input.side]\n{inputs}\n[outcome]"));
-            let declared = DeclaredSkills::of(vec![read(&text).unwrap_or_else(|it| panic!("{it}"))]);
-            let side = ("side".to_owned(), Value::Text(given.into()));
-            let task =
-                Task { skill: "winch_down".into(), inputs: vec![("length_m".to_owned(), Value::Number(3.0)), side] };
-            let found = declared.misfit(&task, Stance::Hovers, 10.0);
-            assert_eq!(found.map(|(message, _)| message).as_deref(), expected);
-        }
-        let wrong = "`side` of skill `winch_down` is \"up\", expected one of left, right";
-        check("choices = [\"left\", \"right\"]", "left", None);
-        check("choices = [\"left\", \"right\"]", "up", Some(wrong));
-        check("text = true", "up", None);
-        check("text = true", "", Some("`side` of skill `winch_down` is \"\", expected a text in quotes"));
-        let number = "`side` of skill `winch_down` is \"up\", expected from 1 to 2";
-        check("least = 1\nmost = 2", "up", Some(number));
-    }
-
-    #[test]
-    fn mistakes_are_told_with_their_place() {
-        #[track_caller]
-        fn check(find: &str, replace: &str, expected: &str) {
-            let read = |text: &str| DeclaredSkill::read(&Source { path: "m.toml".into(), text: text.into() });
-            check_mistake(GOOD, find, replace, read, expected);
-        }
-        check("power_w", "power", "m.toml:7:1: unknown field `power`");
-        check("< 40 m", "< 2 m", "m.toml:4:16: precondition and invariant hold at no height at which a vehicle hovers");
-        let seconds = "seconds = \"2 + 2 * length_m\"";
-        let never = "seconds = 2.0\npostcondition = \"not vehicle.flying\"";
-        check(seconds, never, "m.toml:7:17: the postcondition does not hold where the skill is used, such as at 10 m");
-        check("< 40 m", "< 40 s", "m.toml:4:36: m and s are compared");
-        check("vehicle.flying", "vehicle.flies", "m.toml:4:17: ");
-        check(
-            "limit_s = 60.0",
-            "limit_s = 20.0",
-            "m.toml:8:11: `limit_s` is 20 with length_m 20, and the skill takes 42 s",
-        );
-        check("2 * length_m", "2 * lenght_m", "m.toml:6:20: there is no input `lenght_m`");
-        check("2 + 2", "9 - 2", "m.toml:6:11: `seconds` is -31 with length_m 20, expected 0 to 86400");
-        check(seconds, "seconds = true", "m.toml:6:11: expected a number, or a text that calculates one from inputs");
-        check("interrupt_s = 5.0", "interrupt_s = 60.0", "m.toml:9:15: `interrupt_s` is 60, expected at most 10");
-        check("most = 20.0", "most = 0.5", "m.toml:12:8: `most` is 0.5, expected no less than `least`, which is 1");
-        check("done = \"success\"", "done = \"failure\"", "m.toml:13:1: no outcome is a success");
-        check("DO_WINCH", "NAV_LAND", "m.toml:17:11: `NAV_LAND` does not command a payload");
-        check("[1, \"length_m\"]", "[1, \"length\"]", "m.toml:18:14: there is no input `length` that is a number");
-        let neither = "m.toml:10:8: input `length_m` is neither a number nor a text";
-        check("least = 1.0\n", "", neither);
-        check("most = 20.0", "most = 20.0\nchoices = [\"a\"]", neither);
-        check("most = 20.0", "most = 20.0\nusual = \"a\"", "m.toml:13:9: `usual` is \"a\", expected from 1 to 20");
-        check("snagged", "error", "m.toml:15:1: `error` cannot name an outcome");
-        check("length_m]\nleast", "skill]\nleast", "m.toml:10:8: `skill` cannot name an input");
-        check("version = 1", "version = 0", "m.toml:2:11: ");
-        check("snagged", "cancelled", "m.toml:15:1: `cancelled` cannot name an outcome");
-        check("version = 1", "version = 1\nvehicle = \"swims\"", "m.toml:3:11: unknown variant `swims`");
-        check("limit_s = 60.0\n", "", "m.toml: `limit_s` is missing: the skill is used while the vehicle hovers");
-        let stands = "version = 1\nvehicle = \"stands\"";
-        check("version = 1", stands, "m.toml:5:16: precondition and invariant do not hold while a vehicle stands");
-    }
-
-    #[test]
-    fn a_skill_along_a_leg_takes_as_long_as_that() {
-        #[track_caller]
-        fn check(more: &str, expected: &str) {
-            let flies = "version = 1\nsummary = \"Films\"\nvehicle = \"flies\"\noutcome = { done = \"success\" }\n";
-            check_mistake(flies, "version = 1\n", &format!("version = 1\n{more}\n"), read, expected);
-        }
-        for (key, value) in [
-            ("seconds", "2.0"),
-            ("limit_s", "60.0"),
-            ("interrupt_s", "5.0"),
-            ("tries", "2"),
-            ("postcondition", "\"vehicle.flying\""),
-        ] {
-            let message = format!("`{key}` is given, and the skill is used while the vehicle flies");
-            check(&format!("{key} = {value}"), &format!("winch_down.toml:2:{}: {message}", key.len() + 4));
-        }
-        check(
-            "invariant = \"position.height_m < 2 m\"",
-            "winch_down.toml:2:13: precondition and invariant hold at no height",
-        );
-    }
-}
+mod tests;

@@ -12,7 +12,7 @@ use crate::file::did_you_mean;
 /// A number, and its unit; `None`: it was written without one, and takes that of what it meets.
 type Measured = (Amount, Option<Unit>);
 
-/// What is wrong where a number is expected.
+/// The message where a number is expected.
 pub(super) const NO_NUMBER: &str = "this holds or does not, and is not a number";
 /// The functions of numbers.
 pub(super) const FUNCTIONS: [&str; 3] = ["abs", "min", "max"];

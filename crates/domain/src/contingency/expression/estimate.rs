@@ -6,7 +6,7 @@ use super::check::{FUNCTIONS, NO_NUMBER};
 use super::parser::{self, Node, Part};
 use crate::file::did_you_mean;
 
-/// A number for each set of inputs.
+/// A number that depends on the inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
     text: String,
@@ -34,7 +34,7 @@ impl Estimate {
         &self.text
     }
 
-    /// What it comes to; not a number where an input has none.
+    /// The number for these inputs; NaN if an input is missing.
     pub fn value(&self, input: &impl Fn(&str) -> Option<f64>) -> f64 {
         value(&self.node, input)
     }
