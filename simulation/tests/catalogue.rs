@@ -17,7 +17,7 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 const PAGE: &str = "docs/contingencies.md";
 
 /// For each row a file and a test in it: the fault or the order, the flag, the response and the outcome.
-const STORIES: [(&str, &str, &str); 69] = [
+const STORIES: [(&str, &str, &str); 70] = [
     ("somebody_else_flies", "simulation/tests/others.rs", "a_pilot_who_takes_over_in_any_phase_is_not_fought"),
     ("crashed", "simulation/tests/responses.rs", "a_crash_is_raised_once"),
     (
@@ -162,6 +162,11 @@ const STORIES: [(&str, &str, &str); 69] = [
         "ended_in_air",
         "simulation/tests/responses.rs",
         "a_mission_whose_last_objective_is_in_the_air_ends_at_home_on_the_ground",
+    ),
+    (
+        "skill_failed",
+        "simulation/tests/tasks.rs",
+        "a_process_that_does_not_do_its_task_fails_the_objective_and_nothing_else",
     ),
 ];
 

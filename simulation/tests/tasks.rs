@@ -53,6 +53,7 @@ fn fails(name: &str, conduct: Conduct, reason: &str) {
     let [boat, home] = report.objectives.as_slice() else { panic!("{report:?}") };
     assert!(boat.reason.contains(reason), "{}\n{}", boat.reason, simulation.decision_log());
     assert_eq!(home.state(), ObjectiveState::Success, "{}", simulation.decision_log());
+    assert!(simulation.decision_log().contains("skill_failed"), "{}", simulation.decision_log());
 }
 
 #[test]
@@ -99,6 +100,20 @@ fn an_emergency_interrupts_a_task_and_waits_until_that_is_safe() {
     assert!(east_m(&simulation) < 190.0, "{}", simulation.decision_log());
     let report = ends(&mut simulation, MissionOutcome::Emergency);
     assert_ne!(report.objectives[0].state(), ObjectiveState::Success, "{report:?}");
+}
+
+/// The winch works below 40 m: down to it, and up again for the way home.
+#[test]
+fn a_task_at_another_height_is_come_to_straight_down() {
+    let text = "name = \"winch\"\n\
+         [[objective]]\nname = \"boat\"\nnorth_m = 0\neast_m = 200\nheight_m = 60\nflying = true\n\
+         do = [{ skill = \"winch_down\", length_m = 12.0 }]\n\
+         [[objective]]\nname = \"home\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n";
+    let mut simulation = simulation(Some(&mission_file("tasks_height", text)), Policy::Grant);
+    ends(&mut simulation, MissionOutcome::Success);
+    let plan = "plan 1: takeoff by 60 m; fly to (0, 200, 60); fly to (0, 200, 40); stop; \
+                winch_down (length_m 12) over (0, 200, 40); fly to (0, 200, 60)";
+    assert!(simulation.story(&["plan"]).iter().any(|it| it == plan), "\n{}", simulation.decision_log());
 }
 
 /// If a process dies during a task, the load is delivered, and the mission goes on.

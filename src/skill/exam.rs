@@ -2,6 +2,7 @@
 
 #![expect(clippy::disallowed_methods, reason = "a command that a person waits for; some reports a second")]
 
+use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -29,6 +30,46 @@ pub(super) struct CaseResult {
     pub(super) seen: String,
 }
 
+/// The process, where the examination starts it.
+pub(super) struct Author {
+    command: Vec<String>,
+    child: Child,
+}
+
+impl Author {
+    /// Starts it.
+    ///
+    /// # Errors
+    /// If there is no such program.
+    pub(super) fn start(command: &[String]) -> Result<Author, String> {
+        Ok(Author { child: spawn(command)?, command: command.to_vec() })
+    }
+
+    fn restart(&mut self) -> Result<(), String> {
+        self.end();
+        self.child = spawn(&self.command)?;
+        Ok(())
+    }
+
+    fn end(&mut self) {
+        // It may have ended by itself.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Drop for Author {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+fn spawn(command: &[String]) -> Result<Child, String> {
+    let (program, arguments) = command.split_first().ok_or("there is no command")?;
+    let child = Command::new(program).args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).spawn();
+    child.map_err(|cause| format!("{program} cannot be started: {cause}"))
+}
+
 /// Examines the process that carries out `skill` by orders for `task`; `tell` hears each result. Whether it has passed everything.
 ///
 /// # Errors
@@ -36,8 +77,8 @@ pub(super) struct CaseResult {
 pub(super) fn examine(
     skill: &DeclaredSkill,
     task: &Task,
-    connect: &str,
-    vehicle: &str,
+    (connect, vehicle): (&str, &str),
+    author: Option<Author>,
     mut tell: impl FnMut(CaseResult),
 ) -> Result<bool, String> {
     let link =
@@ -48,10 +89,17 @@ pub(super) fn examine(
     let mut examiner = Examiner { orders, reports: send_reports, next: Time::ZERO };
     thread::scope(|scope| {
         let bus = scope.spawn(|| bus::Process::of(&mut examiner, &link).run(&stop));
-        let mut exam =
-            Exam { skill, goal: skill.goal(task, Ned::default()), orders: send_orders, reports, orders_sent: 0 };
+        let mut exam = Exam {
+            skill,
+            goal: skill.goal(task, Ned::default()),
+            orders: send_orders,
+            reports,
+            orders_sent: 0,
+            author,
+        };
         let (mut passed, mut silence) = (true, None);
-        for (case, check) in CASES {
+        let restart = exam.author.is_some().then_some(RESTART);
+        for (case, check) in CASES.into_iter().chain(restart) {
             let result = check(&mut exam);
             let is_passed = result.is_ok();
             passed &= is_passed;
@@ -91,12 +139,15 @@ const CASES: [Case; 8] = [
     ("another order takes the place of what runs", is_replaced),
 ];
 
+const RESTART: Case = ("killed in a task and started again, it is ready", is_ready_after_a_restart);
+
 struct Exam<'a> {
     skill: &'a DeclaredSkill,
     goal: TaskGoal,
     orders: Sender<v1::TaskOrder>,
     reports: Receiver<v1::TaskReport>,
     orders_sent: u64,
+    author: Option<Author>,
 }
 
 impl Exam<'_> {
@@ -266,4 +317,14 @@ fn is_replaced(exam: &mut Exam<'_>) -> Seen {
         exam.finish(id);
     }
     next.map(|_| String::new()).map_err(|why| format!("{before} still runs: {why}"))
+}
+
+fn is_ready_after_a_restart(exam: &mut Exam<'_>) -> Seen {
+    let before = exam.running()?;
+    exam.author.as_mut().map_or(Ok(()), Author::restart)?;
+    let Some((report, took)) = exam.report(OPEN_LIMIT, |it| it.request_id != before) else {
+        return Err(format!("not heard within {} s, or it goes on with the task", OPEN_LIMIT.as_secs()));
+    };
+    let seen = format!("heard after {:.1} s", took.as_secs_f64());
+    if report.state() == TaskState::Ready { Ok(seen) } else { Err(format!("{seen}: {}", report.state().as_str_name())) }
 }

@@ -18,6 +18,7 @@ use crate::outcome::Outcome;
 use crate::output;
 use crate::settings::{Settings, default_config};
 use crate::target::Target;
+use exam::Author;
 
 /// For `kittiwake skill`.
 #[derive(Debug, Args)]
@@ -42,7 +43,8 @@ pub enum SkillCommand {
 /// For `kittiwake skill test`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Start a router and the process first: kittiwake router, then the process with the locator it prints.\n\
+    after_help = "Start a router first: kittiwake router. Then the process with the locator it prints, or let it be started here:\n  \
+                  kittiwake skill test winch_down --connect LOCATOR -- python3 winch.py --connect LOCATOR\n\
                         Exit code 0 if it passes everything, 1 if not"
 )]
 pub struct TestArgs {
@@ -54,6 +56,9 @@ pub struct TestArgs {
     pub inputs: Vec<(String, Value)>,
     #[command(flatten)]
     pub target: TargetArgs,
+    /// The command that starts the process, after `--`: it is started here, and its restart is examined too
+    #[arg(value_name = "COMMAND", last = true)]
+    pub author: Vec<String>,
 }
 
 fn read_input(text: &str) -> Result<(String, Value), String> {
@@ -79,10 +84,10 @@ fn read(config: PathBuf) -> Result<DeclaredSkills, Outcome> {
 
 fn list(skills: &DeclaredSkills, aircraft: &Aircraft) -> Outcome {
     let width = skills.all().iter().map(|it| it.name.len()).max().unwrap_or_default().max(16);
-    for (name, summary, stance) in BUILT_IN {
-        output::line(format_args!("{name:width$} built in    {summary}"));
-        output::line(format_args!("{:1$} while the vehicle {stance}", "", width + 12));
-        output::line(format_args!("{:2$} {}", "", takes(name, aircraft), width + 12));
+    for skill in BUILT_IN {
+        output::line(format_args!("{:width$} built in    {}", skill.name, skill.summary));
+        output::line(format_args!("{:3$} while the vehicle {}; takes {}", "", skill.stance, skill.takes, width + 12));
+        output::line(format_args!("{:2$} {}", "", costs(skill.name, aircraft), width + 12));
     }
     for skill in skills.all() {
         output::line(format_args!("{:width$} version {:3} {}", skill.name, skill.version, skill.summary));
@@ -93,8 +98,8 @@ fn list(skills: &DeclaredSkills, aircraft: &Aircraft) -> Outcome {
     Outcome::Success
 }
 
-/// What a skill that every vehicle has takes in still air, by the configuration.
-fn takes(name: &str, aircraft: &Aircraft) -> String {
+/// What a skill that every vehicle has costs in still air, by the configuration.
+fn costs(name: &str, aircraft: &Aircraft) -> String {
     let flight = &aircraft.flight;
     let (over_ground_m_s, up_m_s) = match name {
         "takeoff" => (0.0, flight.climb_m_s.get()),
@@ -130,7 +135,14 @@ fn test(args: &TestArgs) -> Outcome {
         output::error_line(format_args!("{message}\n  help: {help}"));
         return Outcome::BadInput;
     }
-    let told = exam::examine(skill, &task, &target.connect, &target.vehicle, |result| {
+    let author = match (!args.author.is_empty()).then(|| Author::start(&args.author)).transpose() {
+        Ok(author) => author,
+        Err(cause) => {
+            output::error_line(cause);
+            return Outcome::Unavailable;
+        }
+    };
+    let told = exam::examine(skill, &task, (&target.connect, &target.vehicle), author, |result| {
         let mark = if result.passed { "pass" } else { "FAIL" };
         output::line(format_args!("{mark}  {:50} {}", result.case, result.seen));
     });

@@ -1,5 +1,6 @@
 //! Skills of one's own: a process that carries out a declared skill, beside real processes, and its examination.
 
+use std::path::Path;
 use std::time::Duration;
 
 use kittiwake_skill::{CANCELLED, Offer, Stop, Task, offer};
@@ -71,4 +72,17 @@ fn an_examination_tells_a_process_that_keeps_to_the_exchange_from_one_that_does_
     assert_eq!((code, failed(&told)), (Some(1), 2), "{told}");
     let expected = ["lowered after", "stopped after"];
     assert!(expected.iter().all(|it| told.lines().any(|line| line.starts_with("FAIL") && line.contains(it))), "{told}");
+}
+
+#[test]
+fn an_examination_kills_and_restarts_a_process_that_it_has_started() {
+    let system = System::waiting(&Files::begun_by_operator(), &[]);
+    let winch = Path::new(env!("CARGO_BIN_EXE_kittiwake")).with_file_name("examples/winch").display().to_string();
+    let (pid, locator) = (system.pid().to_string(), system.locator());
+    let output =
+        kittiwake(&["skill", "test", "winch_down", "--input", "length_m=3", "--pid", &pid, "--", &winch, &locator]);
+    let told = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    assert!(told.contains("pass  killed in a task and started again, it is ready"), "{told}");
+    assert_eq!(told.lines().count(), 9, "{told}");
 }

@@ -5,9 +5,6 @@ pub const ACCEPTED: u8 = 0;
 /// MAV_RESULT_IN_PROGRESS: another acknowledgement follows.
 pub const IN_PROGRESS: u8 = 5;
 
-/// MAV_CMD_DO_SET_CAM_TRIGG_DIST.
-pub const PICTURES_BY_DISTANCE: u16 = 206;
-
 /// A command of seven numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NumberedCommand {

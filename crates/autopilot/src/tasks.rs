@@ -2,8 +2,8 @@
 //! (docs/skills.md).
 //!
 //! An acknowledgement says that the command was taken. The task has succeeded once as much time has passed since then as its declaration
-//! says; without an acknowledgement nothing has. Of a camera that is to take pictures by distance, one at once, a picture must be
-//! reported: ArduPilot acknowledges the command without a camera, too.
+//! says; without an acknowledgement nothing has. Where the declaration says `done = "picture"`, one must be reported: ArduPilot
+//! acknowledges a command to a camera without a camera, too.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -17,15 +17,15 @@ use domain::wire::task::task_of_order;
 use kittiwake_proto::v1::{self, TaskState};
 use node::Effect;
 
-use crate::command::{ACCEPTED, IN_PROGRESS, NumberedCommand, PICTURES_BY_DISTANCE, in_words};
+use crate::command::{ACCEPTED, IN_PROGRESS, NumberedCommand, in_words};
 
 /// How often a process reports at least.
 const PERIOD: Duration = Duration::from_millis(500);
 /// A command that is not acknowledged is sent again after this time, and so often. (MAVLink's command protocol.)
 const AGAIN: Duration = Duration::from_secs(1);
 const TRIES: u8 = 4;
-/// A camera that takes pictures has reported one within this time: the one at once, or the next by distance. (ENG: a camera that stores a
-/// picture before it reports takes up to two seconds.)
+/// A camera that takes pictures has reported one within this time. (ENG: one that stores a picture before it reports takes up to two
+/// seconds.)
 const REPORTS_PICTURE: Duration = Duration::from_secs(10);
 /// One that is in progress is not sent again within this time: PX4 refuses a command to its gripper while that moves. (ENG)
 const PROGRESSES: Duration = Duration::from_secs(10);
@@ -46,6 +46,7 @@ struct Present {
     /// What ends it.
     cancel: Option<NumberedCommand>,
     takes: Duration,
+    takes_pictures: bool,
     success: String,
     state: State,
 }
@@ -108,6 +109,7 @@ impl Tasks {
             cancel: command.cancel.as_deref().map(with),
             // Along a leg it is ended by an order.
             takes: Duration::from_secs_f64(if goal.stance == Stance::Flies { goal.limit_s } else { goal.estimate_s }),
+            takes_pictures: command.takes_pictures,
             success: goal.succeeds_as.first().cloned().unwrap_or_default(),
             task,
             state: State::Sent { ends: false, tries: 0, again: now },
@@ -125,7 +127,7 @@ impl Tasks {
         present.state = match result {
             ACCEPTED if ends => ended(CANCELLED, String::new()),
             ACCEPTED => {
-                let picture_by = takes_a_picture_at_once(present.command).then_some(now + REPORTS_PICTURE);
+                let picture_by = present.takes_pictures.then_some(now + REPORTS_PICTURE);
                 State::Acts { until: now + present.takes, picture_by }
             }
             IN_PROGRESS => State::Sent { ends, tries: 1, again: now + PROGRESSES },
@@ -181,7 +183,7 @@ impl Tasks {
         }
         let present = self.present.values().filter_map(|it| match it.state {
             State::Sent { again, .. } => Some(again),
-            State::Acts { until, picture_by } => Some(picture_by.unwrap_or(until).min(until)),
+            State::Acts { until, picture_by } => Some(picture_by.unwrap_or(until)),
             State::Ended { .. } => None,
         });
         present.chain([self.next_report]).min()
@@ -218,7 +220,7 @@ impl Present {
                 self.state = ended("unanswered", why.to_owned());
                 None
             }
-            State::Acts { until, .. } if until <= now => {
+            State::Acts { until, picture_by: None } if until <= now => {
                 self.state = ended(&self.success, String::new());
                 None
             }
@@ -235,10 +237,6 @@ impl Present {
         tracing::warn!("{}: {why}", self.task.skill);
         ended("error", why)
     }
-}
-
-fn takes_a_picture_at_once(command: NumberedCommand) -> bool {
-    command.number == PICTURES_BY_DISTANCE && 0.0 < command.params[0] && command.params[2] == 1.0
 }
 
 fn ended(outcome: &str, reason: String) -> State {
@@ -322,7 +320,7 @@ mod tests {
                     tasks.picture_reported();
                 }
                 tasks.act(true, now, &mut sends, &mut Vec::new());
-                tasks.acknowledged(PICTURES_BY_DISTANCE, ACCEPTED, now);
+                tasks.acknowledged(206, ACCEPTED, now);
                 let report = tasks.report("camera_by_distance", 1);
                 if report.state() == TaskState::Ended {
                     return Some((second, report.outcome));

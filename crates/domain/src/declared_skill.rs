@@ -3,6 +3,7 @@
 //! The planner needs the inputs, the time and the energy; the monitor reads the conditions; the skill manager gets the limits with
 //! each goal. None of them knows what the skill does.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -21,8 +22,17 @@ mod read;
 
 use input::{Input, InputKind, value_in, with};
 
-/// Conditions are tried at these heights, in metres.
-const HEIGHTS_M: [f64; 8] = [10.0, 5.0, 3.0, 15.0, 20.0, 30.0, 50.0, 80.0];
+/// Conditions are tried at heights this far apart, in metres, ..
+const HEIGHT_STEP_M: f64 = 0.5;
+/// .. from this one (ENG: lower an autopilot may take hovering for a landing) ..
+const LOWEST_M: f64 = 2.0;
+/// .. to this one, the highest that a vehicle flies. (The planner's `highest_m`.)
+const HIGHEST_M: f64 = 120.0;
+/// The height that is asked for where no mission says one.
+const USUAL_HEIGHT_M: f64 = 10.0;
+/// At a height that a task asks for, its conditions hold this far above and below too, if they can. An autopilot holds a height within
+/// that, in metres. (ENG)
+pub const ROOM_M: f64 = 0.5;
 /// Most tasks at one place.
 pub const MOST_TASKS: usize = 50;
 const LONGEST_NAME: usize = 40;
@@ -50,6 +60,8 @@ pub struct DeclaredSkill {
     pub postcondition: Option<Expression>,
     /// What the vehicle does meanwhile.
     pub stance: Stance,
+    /// The payloads that no other skill uses meanwhile, by names of their own.
+    takes: Vec<String>,
     inputs: Vec<Input>,
     seconds: Estimate,
     power_w: Estimate,
@@ -57,6 +69,8 @@ pub struct DeclaredSkill {
     interrupt_s: f64,
     /// How often it is tried at one place before the objective is given up.
     pub tries: u32,
+    /// Where it can be used, above the take-off point.
+    heights_m: Vec<f64>,
     succeeds_as: Vec<String>,
     fails_as: Vec<String>,
     /// The command for an autopilot that carries the skill out itself; `None`: a process does.
@@ -93,7 +107,7 @@ impl DeclaredSkills {
         let mut paths = Vec::new();
         for entry in fs::read_dir(folder).map_err(unreadable)? {
             let path = entry.map_err(unreadable)?.path();
-            if path.extension().is_some_and(|it| it == "toml") {
+            if path.extension().is_some_and(|it| it.eq_ignore_ascii_case("toml")) {
                 paths.push(path);
             }
         }
@@ -140,19 +154,40 @@ impl DeclaredSkills {
             let height_m = objective.position.height_m();
             let tasks = terms.tasks.iter().map(|it| (it, Stance::at_place(objective.flying)));
             let tasks = tasks.chain(terms.along.iter().map(|it| (it, Stance::Flies)));
-            let (message, help) = tasks.into_iter().find_map(|(it, stance)| self.misfit(it, stance, height_m))?;
+            let twice = || Some((self.taken_twice(&terms.along)?.1, String::new()));
+            let misfit = tasks.into_iter().find_map(|(it, stance)| self.misfit(it, stance, height_m));
+            let (message, help) = misfit.or_else(twice)?;
             let help = if help.is_empty() { help } else { format!(": {help}") };
             Some(format!("objective `{}`: {message}{help}", objective.name))
         })
     }
 
-    /// Why a task cannot be done by any of these while the vehicle does that at this height, and how to mend that; `None` if it can.
+    /// What two of these tasks, which go on at the same time, both take: where the second one stands, and a sentence.
+    pub fn taken_twice(&self, along: &[Task]) -> Option<(usize, String)> {
+        let mut taken: BTreeMap<&str, &str> = BTreeMap::new();
+        along.iter().enumerate().find_map(|(index, task)| {
+            let skill = self.get(&task.skill)?;
+            skill.needs_alone().find_map(|it| {
+                let other = taken.insert(it, &skill.name)?;
+                Some((index, format!("`along` names `{other}` and `{}`, and both take `{it}`", skill.name)))
+            })
+        })
+    }
+
+    /// Why a task cannot be done by any of these while the vehicle does that at this height, and how to mend that; `None` if it can. One that
+    /// hovers goes to the height that the task asks for.
     pub fn misfit(&self, task: &Task, stance: Stance, height_m: f64) -> Option<(String, String)> {
         let Some(skill) = self.get(&task.skill) else {
             let names: Vec<&str> = self.0.iter().map(|it| it.name.as_str()).collect();
             return Some((format!("there is no declared skill `{}`", task.skill), did_you_mean(&task.skill, &names)));
         };
         skill.misfit(task, stance, height_m)
+    }
+
+    /// At which height a task of an objective at `height_m` is done: there, or as near to that as its conditions allow. `None` if it cannot be
+    /// done.
+    pub fn height_m(&self, task: &Task, stance: Stance, height_m: f64) -> Option<f64> {
+        self.get(&task.skill).filter(|it| it.misfit(task, stance, height_m).is_none())?.height_near_m(height_m)
     }
 }
 
@@ -217,10 +252,9 @@ impl DeclaredSkill {
         })
     }
 
+    /// A leg is flown at its height, and the ground is where it is.
     fn bad_height(&self, stance: Stance, height_m: f64) -> Option<(String, String)> {
-        let usual = usual(stance, height_m);
-        let fails = |it: &&Expression| it.verdict(&usual) == Verdict::DoesNotHold;
-        let unmet = [&self.precondition, &self.invariant].into_iter().flatten().find(fails)?;
+        let unmet = self.unmet_at(stance, height_m).filter(|_| stance != Stance::Hovers)?;
         let message = format!("skill `{}` is used at {height_m} m, and asks for `{}`", self.name, unmet.text());
         Some((message, "set `height_m` of the objective so that this holds".to_owned()))
     }
@@ -253,17 +287,36 @@ impl DeclaredSkill {
         }
     }
 
-    /// The first of some heights at which it can be used while all is well, in metres.
+    /// A height at which it can be used while all is well, in metres.
     pub fn usable_at_m(&self) -> Option<f64> {
-        let conditions = [&self.precondition, &self.invariant];
-        let holds = |height_m: &f64| {
-            let usual = usual(self.stance, *height_m);
-            conditions.into_iter().flatten().all(|it| it.verdict(&usual) != Verdict::DoesNotHold)
+        self.height_near_m(if self.stance == Stance::Stands { 0.0 } else { USUAL_HEIGHT_M })
+    }
+
+    /// This height, or the nearest one at which it can be used.
+    fn height_near_m(&self, height_m: f64) -> Option<f64> {
+        let apart_m = |it: &f64| (it - height_m).abs();
+        let nearest = || self.heights_m.iter().copied().min_by(|a, b| apart_m(a).total_cmp(&apart_m(b)));
+        if self.unmet_at(self.stance, height_m).is_none() { Some(height_m) } else { nearest() }
+    }
+
+    /// The heights at which it can be used while all is well; with room above and below, if there are such.
+    fn find_heights_m(&self) -> Vec<f64> {
+        let holds = |height_m: f64| self.unmet_at(self.stance, height_m).is_none();
+        let has_room = |it: &f64| holds(it - ROOM_M) && holds(it + ROOM_M);
+        let heights_m = (0..).map(|it| LOWEST_M + f64::from(it) * HEIGHT_STEP_M).take_while(|it| *it <= HIGHEST_M);
+        let heights_m: Vec<f64> = match self.stance {
+            Stance::Stands => Vec::new(),
+            Stance::Hovers | Stance::Flies => heights_m.filter(|it| holds(*it)).collect(),
         };
-        match self.stance {
-            Stance::Stands => Some(0.0).filter(holds),
-            Stance::Hovers | Stance::Flies => HEIGHTS_M.into_iter().find(holds),
-        }
+        let with_room: Vec<f64> = heights_m.iter().copied().filter(has_room).collect();
+        if with_room.is_empty() { heights_m } else { with_room }
+    }
+
+    /// The condition that does not hold there while all is well.
+    fn unmet_at(&self, stance: Stance, height_m: f64) -> Option<&Expression> {
+        let usual = usual(stance, height_m);
+        let mut conditions = [&self.precondition, &self.invariant].into_iter().flatten();
+        conditions.find(|it| it.verdict(&usual) == Verdict::DoesNotHold)
     }
 
     /// A task with these inputs, for the others their usual value, or the least or first one.
@@ -300,9 +353,18 @@ impl DeclaredSkill {
                 self.interrupt_s
             ),
         };
-        let stance = format!("while the vehicle {}", self.stance);
+        let motion = (self.stance != Stance::Flies).then_some(MOTION);
+        let takes: Vec<&str> = motion.into_iter().chain(self.takes.iter().map(String::as_str)).collect();
+        let takes = if takes.is_empty() { String::new() } else { format!("; takes {}", takes.join(", ")) };
+        let stance = format!("while the vehicle {}{takes}", self.stance);
         let ends = format!("ends as {}", outcomes.collect::<Vec<_>>().join(", "));
         std::iter::once(stance).chain(inputs).chain(conditions).chain([limits, ends]).collect()
+    }
+
+    /// What it does not share: its process, the command that carries it out, its payloads.
+    fn needs_alone(&self) -> impl Iterator<Item = &str> {
+        let command = self.payload_command.as_ref().map(PayloadCommand::name);
+        std::iter::once(self.name.as_str()).chain(command).chain(self.takes.iter().map(String::as_str))
     }
 
     /// Each of its outcomes, and whether it is a success.
@@ -338,22 +400,54 @@ pub(crate) const NAMES: &str =
 
 /// The outcomes of tasks that did not end by themselves: no declaration has them.
 const RESERVED: [&str; 4] = [CANCELLED, "error", "refused", "unanswered"];
-/// The skills that every vehicle has, each with a sentence for people and what the vehicle does meanwhile.
-pub const BUILT_IN: [(&str, &str, Stance); 5] = [
-    ("takeoff", "Arms if necessary and climbs straight up", Stance::Flies),
-    (
-        "land",
-        "Lands where the vehicle is, or on a target that its sensor sees there (`land_on_target = true`)",
-        Stance::Flies,
-    ),
-    ("stop", "Comes to rest and hovers", Stance::Hovers),
-    ("offboard", "Flies straight to a place by setpoints, or at a velocity", Stance::Flies),
-    ("release", "Opens the gripper, hovering over a place (`drop = true`)", Stance::Hovers),
+/// A skill that every vehicle has.
+#[derive(Debug)]
+pub struct BuiltIn {
+    /// Its name; no declaration has it.
+    pub name: &'static str,
+    /// What it does, for people.
+    pub summary: &'static str,
+    /// What the vehicle does meanwhile.
+    pub stance: Stance,
+    /// What no other skill uses meanwhile.
+    pub takes: &'static str,
+}
+
+/// All of them.
+pub const BUILT_IN: [BuiltIn; 5] = [
+    BuiltIn {
+        name: "takeoff",
+        summary: "Arms if necessary and climbs straight up",
+        stance: Stance::Flies,
+        takes: MOTION,
+    },
+    BuiltIn {
+        name: "land",
+        summary: "Lands where the vehicle is, or on a target that its sensor sees there (`land_on_target = true`)",
+        stance: Stance::Flies,
+        takes: MOTION,
+    },
+    BuiltIn { name: "stop", summary: "Comes to rest and hovers", stance: Stance::Hovers, takes: MOTION },
+    BuiltIn {
+        name: "offboard",
+        summary: "Flies straight to a place by setpoints, or at a velocity",
+        stance: Stance::Flies,
+        takes: MOTION,
+    },
+    BuiltIn {
+        name: "release",
+        summary: "Opens the gripper, hovering over a place (`drop = true`)",
+        stance: Stance::Hovers,
+        takes: "motion, gripper",
+    },
 ];
+
+/// What a skill takes that moves the vehicle, or needs it to stay.
+const MOTION: &str = "motion";
 
 fn is_built_in(name: &str) -> bool {
     // The kind of all declared skills is `task`.
-    name == "task" || BUILT_IN.iter().any(|(it, ..)| *it == name)
+    name == "task" || BUILT_IN.iter().any(|it| it.name == name)
 }
 
 pub(crate) fn is_name(name: &str) -> bool {

@@ -30,6 +30,7 @@ use crate::geometry::Ned;
 use crate::harm::Ground;
 use crate::site::Site;
 use crate::survey::Survey;
+use crate::task::Stance;
 use area_hours::HoursEntry;
 pub use areas::MissionAreas;
 use bounds::{LONGEST_NAME, control_character};
@@ -237,7 +238,8 @@ impl Objective {
     /// The objective, or the one of its places that is `place`, as the beginning of a sentence.
     fn in_words(&self, place: Ned) -> String {
         let at = self.survey.as_ref().map(|_| format!(" at {place}")).unwrap_or_default();
-        format!("objective `{}`{at}", self.name)
+        let what = if place.height_m() == self.position.height_m() { "" } else { "a task of " };
+        format!("{what}objective `{}`{at}", self.name)
     }
 
     /// Where it leads, in order: its position, or each turn of its survey.
@@ -630,13 +632,23 @@ impl Checker<'_> {
         area
     }
 
+    /// Where an objective leads, and the heights that its tasks ask for.
+    fn places(&self, objective: &Objective) -> Vec<Ned> {
+        let (Objective { position, flying, .. }, tasks) = (objective, &objective.terms.tasks);
+        let height_m = |it| self.skills?.height_m(it, Stance::at_place(*flying), position.height_m());
+        let of_tasks = tasks.iter().filter_map(height_m).map(|it| position.at_height(it));
+        objective.places().into_iter().chain(of_tasks).collect()
+    }
+
     /// Each place against the ground as the others say it.
     fn ground(&mut self, file: &MissionFile, objectives: &[Objective], sites: &[Site]) {
         let on_ground = places_on_ground(objectives, sites);
         for (entry, objective) in file.objective.iter().zip(objectives) {
             let place = |position| Place { position, flying: objective.flying, is_end: false };
-            let wrong =
-                objective.places().into_iter().find_map(|it| Some((it, sites::against_ground(place(it), &on_ground)?)));
+            let wrong = self
+                .places(objective)
+                .into_iter()
+                .find_map(|it| Some((it, sites::against_ground(place(it), &on_ground)?)));
             if let Some((at, why)) = wrong {
                 let message = format!("{} {why}", objective.in_words(at));
                 self.say(Some(entry.height_m.span()), message, "one of the two heights is wrong");
@@ -674,7 +686,7 @@ impl Checker<'_> {
                     let is_end = is_last && position == objective.position;
                     Place { position, flying: objective.flying, is_end }
                 };
-                let places = objective.places();
+                let places = self.places(objective);
                 let unfit = places.iter().find_map(|it| Some((it, sites::unfit(site(*it), area)?)));
                 if let Some((place, unfit)) = unfit {
                     let message = format!("{} {}", objective.in_words(*place), unfit.in_words());

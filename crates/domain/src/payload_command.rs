@@ -37,6 +37,15 @@ pub struct PayloadCommand {
     pub params: Vec<Param>,
     /// Those that end it, if something does.
     pub cancel: Option<Vec<Param>>,
+    /// Nothing was done before a picture is reported.
+    pub takes_pictures: bool,
+}
+
+impl PayloadCommand {
+    /// Its name in MAV_CMD.
+    pub fn name(&self) -> &'static str {
+        PAYLOAD_COMMANDS.iter().find(|(_, number)| *number == self.command).map_or("", |(name, _)| name)
+    }
 }
 
 /// A parameter of a command.

@@ -254,6 +254,8 @@ pub enum Then {
 pub const LANDING_TARGET_LOST: &str = "landing_target_lost";
 /// Raised by the mission manager when a transition action fails.
 pub const TRANSITION_FAILED: &str = "transition_failed";
+/// Raised by the mission manager when a task of a declared skill fails.
+pub const SKILL_FAILED: &str = "skill_failed";
 /// Raised by the mission manager when the monitor is silent.
 pub const INTROSPECTION_LOST: &str = "introspection_lost";
 /// Raised by the mission manager when the vehicle is in an area without being allowed to, or must leave it now.

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::input::{Input, InputKind, MOST_INPUTS, TEXTS, corners, is_text, value_in, with};
-use super::{DeclaredSkill, LONGEST_LEG_S, NAMES, RESERVED, is_built_in, is_name, usual};
+use super::{DeclaredSkill, LONGEST_LEG_S, MOTION, NAMES, RESERVED, is_built_in, is_name, usual};
 use crate::contingency::expression::estimate::Estimate;
 use crate::contingency::expression::{Expression, Problem, Verdict};
 use crate::file::{Mistakes, Source, did_you_mean};
@@ -31,6 +31,8 @@ struct File {
     postcondition: Option<Spanned<String>>,
     #[serde(default)]
     vehicle: Stance,
+    #[serde(default)]
+    takes: Vec<Spanned<String>>,
     seconds: Option<Spanned<EstimateEntry>>,
     power_w: Option<Spanned<EstimateEntry>>,
     limit_s: Option<Spanned<EstimateEntry>>,
@@ -48,6 +50,17 @@ struct MavlinkEntry {
     command: Spanned<String>,
     params: Spanned<Vec<Spanned<ParamEntry>>>,
     cancel: Option<Spanned<Vec<Spanned<ParamEntry>>>>,
+    #[serde(default)]
+    done: Done,
+}
+
+/// What shows that the autopilot does what it was told.
+#[derive(Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Done {
+    #[default]
+    Acknowledged,
+    Picture,
 }
 
 #[derive(Deserialize)]
@@ -180,6 +193,18 @@ impl Check<'_> {
         }
     }
 
+    fn takes(&mut self, entries: &[Spanned<String>]) -> Vec<String> {
+        for entry in entries {
+            if entry.as_ref() == MOTION {
+                let help = "take it out: `vehicle` says what the vehicle does meanwhile, and the mission moves it";
+                self.say(Some(entry.span()), format!("no declared skill takes `{MOTION}`"), help);
+            } else if !is_name(entry.as_ref()) {
+                self.say(Some(entry.span()), format!("{:?} cannot name a payload", entry.as_ref()), NAMES);
+            }
+        }
+        entries.iter().map(|it| it.as_ref().clone()).collect()
+    }
+
     fn interrupt(&mut self, it: Option<&Spanned<Number<0, 86_400>>>) -> f64 {
         let Some(it) = it else { return 0.0 };
         let seconds = it.as_ref().get();
@@ -204,7 +229,8 @@ impl Check<'_> {
         }
         let params = self.params(&it.params, inputs);
         let cancel = it.cancel.as_ref().map(|it| self.params(it, inputs));
-        PayloadCommand { command: command.map_or(0, |(_, number)| *number), params, cancel }
+        let command = command.map_or(0, |(_, number)| *number);
+        PayloadCommand { command, params, cancel, takes_pictures: it.done == Done::Picture }
     }
 
     fn params(&mut self, entries: &Spanned<Vec<Spanned<ParamEntry>>>, inputs: &[Input]) -> Vec<Param> {
@@ -282,7 +308,7 @@ impl DeclaredSkill {
         {
             check.say(Some(name.span()), format!("`{}` cannot name an outcome", name.as_ref()), NAMES);
         }
-        let skill = DeclaredSkill {
+        let mut skill = DeclaredSkill {
             name,
             version: file.version.get() as u32,
             summary: file.summary.clone(),
@@ -290,16 +316,19 @@ impl DeclaredSkill {
             invariant: check.condition(file.invariant.as_ref()),
             postcondition: check.condition(file.postcondition.as_ref()),
             stance,
+            takes: check.takes(&file.takes),
             seconds: check.estimate("seconds", file.seconds.as_ref(), 0.0, &inputs),
             power_w: check.estimate("power_w", file.power_w.as_ref(), 0.0, &inputs),
             limit_s: check.estimate("limit_s", file.limit_s.as_ref(), LONGEST_LEG_S, &inputs),
             inputs,
+            heights_m: Vec::new(),
             interrupt_s,
             tries: file.tries.as_ref().map_or(1, |it| it.as_ref().get() as u32),
             succeeds_as,
             fails_as: outcomes(Meaning::Failure),
             payload_command,
         };
+        skill.heights_m = skill.find_heights_m();
         let too_long = corners(&skill.inputs).into_iter().find_map(|it| {
             let (seconds, limit_s) = (skill.seconds.value(&value_in(&it)), skill.limit_s.value(&value_in(&it)));
             (limit_s <= 0.0 || limit_s < seconds)
@@ -317,7 +346,7 @@ impl DeclaredSkill {
                     }
                     Stance::Hovers | Stance::Flies => (
                         format!("precondition and invariant hold at no height at which a vehicle {stance}"),
-                        "tried at 3 to 80 m, while all is well",
+                        "tried at each half metre from 2 to 120 m, while all is well",
                     ),
                 };
                 check.say(span, message, help);

@@ -39,22 +39,60 @@ fn a_declaration_says_what_a_task_takes() {
 fn a_task_that_no_declaration_allows_is_told() {
     #[track_caller]
     fn check(skill: &str, inputs: &[(&str, f64)], expected: Option<&str>) {
-        check_at(10.0, skill, inputs, expected);
-    }
-    #[track_caller]
-    fn check_at(height_m: f64, skill: &str, inputs: &[(&str, f64)], expected: Option<&str>) {
         let inputs = inputs.iter().map(|(name, value)| ((*name).to_owned(), Value::Number(*value))).collect();
         let declared = DeclaredSkills::of(vec![read(GOOD).unwrap()]);
-        let found = declared.misfit(&Task { skill: skill.into(), inputs }, Stance::Hovers, height_m);
+        let found = declared.misfit(&Task { skill: skill.into(), inputs }, Stance::Hovers, 10.0);
         assert_eq!(found.map(|(message, _)| message).as_deref(), expected);
     }
     check("winch_down", &[("length_m", 12.0)], None);
-    let too_high = "skill `winch_down` is used at 40 m, and asks for `vehicle.flying and position.height_m < 40 m`";
-    check_at(40.0, "winch_down", &[("length_m", 12.0)], Some(too_high));
     check("winch_up", &[], Some("there is no declared skill `winch_up`"));
     check("winch_down", &[], Some("skill `winch_down` needs `length_m`"));
     check("winch_down", &[("length_m", 50.0)], Some("`length_m` of skill `winch_down` is 50, expected from 1 to 20"));
     check("winch_down", &[("lenght_m", 5.0)], Some("skill `winch_down` has no input `lenght_m`"));
+}
+
+#[test]
+fn a_task_is_done_as_near_to_the_height_of_its_objective_as_its_conditions_allow() {
+    #[track_caller]
+    fn check(condition: &str, height_m: f64, expected_m: f64) {
+        let skill = read(&GOOD.replace("position.height_m < 40 m", condition)).unwrap_or_else(|it| panic!("{it}"));
+        let task = skill.example(&[]);
+        let skills = DeclaredSkills::of(vec![skill]);
+        assert_eq!(skills.height_m(&task, Stance::Hovers, height_m), Some(expected_m), "{condition} at {height_m} m");
+    }
+    let band = "position.height_m >= 2.5 m and position.height_m <= 3.5 m";
+    check(band, 30.0, 3.0);
+    check(band, 1.0, 3.0);
+    // One that is there already needs no room.
+    check(band, 2.5, 2.5);
+    check("position.height_m < 40 m", 39.9, 39.9);
+    check("position.height_m < 40 m", 60.0, 39.0);
+    check("position.height_m > 20 m", 15.0, 21.0);
+    check("position.height_m > 3.9 m and position.height_m < 4.1 m", 15.0, 4.0);
+    check("(position.height_m < 6 m or position.height_m > 14 m)", 9.0, 5.0);
+}
+
+#[test]
+fn two_skills_of_one_payload_are_told() {
+    #[track_caller]
+    fn check(first: &str, second: &str, expected: Option<&str>) {
+        let skill = |name: &str, more: &str| {
+            let text = format!(
+                "version = 1\nsummary = \"Films\"\nvehicle = \"flies\"\n{more}\noutcome = {{ done = \"success\" }}\n"
+            );
+            DeclaredSkill::read(&Source { path: format!("{name}.toml").into(), text }).unwrap()
+        };
+        let skills = DeclaredSkills::of(vec![skill("film", first), skill("photo", second)]);
+        let tasks: Vec<Task> = skills.all().iter().map(|it| it.example(&[])).collect();
+        assert_eq!(skills.taken_twice(&tasks).map(|(_, message)| message).as_deref(), expected);
+    }
+    check("", "", None);
+    check("takes = [\"camera\"]", "takes = [\"gimbal\"]", None);
+    let camera = "`along` names `film` and `photo`, and both take `camera`";
+    check("takes = [\"camera\"]", "takes = [\"gimbal\", \"camera\"]", Some(camera));
+    let relay = |number| format!("mavlink = {{ command = \"DO_SET_RELAY\", params = [{number}, 1] }}");
+    let relays = "`along` names `film` and `photo`, and both take `DO_SET_RELAY`";
+    check(&relay(0), &relay(1), Some(relays));
 }
 
 #[test]
@@ -116,6 +154,8 @@ fn mistakes_are_told_with_their_place() {
     check("snagged", "error", "m.toml:15:1: `error` cannot name an outcome");
     check("length_m]\nleast", "skill]\nleast", "m.toml:10:8: `skill` cannot name an input");
     check("version = 1", "version = 0", "m.toml:2:11: ");
+    check("power_w", "takes = [\"motion\"]\npower_w", "m.toml:7:10: no declared skill takes `motion`");
+    check("power_w", "takes = [\"Camera 1\"]\npower_w", "m.toml:7:10: \"Camera 1\" cannot name a payload");
     check("snagged", "cancelled", "m.toml:15:1: `cancelled` cannot name an outcome");
     check("version = 1", "version = 1\nvehicle = \"swims\"", "m.toml:3:11: unknown variant `swims`");
     check("limit_s = 60.0\n", "", "m.toml: `limit_s` is missing: the skill is used while the vehicle hovers");

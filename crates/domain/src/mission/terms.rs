@@ -124,12 +124,8 @@ impl Checker<'_> {
         let stance = Stance::at_place(it.flying);
         let tasks = self.tasks(&it.tasks, stance, it, None);
         let along = self.tasks(&it.along, Stance::Flies, it, picture_distance_m);
-        for (index, task) in it.along.iter().enumerate() {
-            let name = &task.as_ref().skill;
-            if it.along[..index].iter().any(|before| before.as_ref().skill == *name) {
-                let message = format!("`along` names skill `{name}` twice");
-                self.say(Some(task.span()), message, "take one of them out: a process does one thing at a time");
-            }
+        if let Some((index, message)) = self.skills.and_then(|skills| skills.taken_twice(&along)) {
+            self.say(it.along.get(index).map(Spanned::span), message, "take one of them out, or use it on another leg");
         }
         // What is out of range was reported.
         let time = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default();

@@ -80,7 +80,7 @@ impl Action {
             Action::Release => goal.flying && goal.gripper == Some(Gripper::Released) && next_task.is_none(),
             Action::Task => next_task.is_some_and(|it| {
                 let height_m = goal.position.height_m();
-                rules.skills.misfit(it, Stance::at_place(goal.flying), height_m).is_none()
+                rules.skills.height_m(it, Stance::at_place(goal.flying), height_m) == Some(height_m)
             }),
         }
     }

@@ -8,6 +8,7 @@ use domain::skill::Goal;
 use domain::task::TaskGoal;
 
 use crate::actions::Action;
+use crate::communication::SAME_PLACE_M;
 use crate::objectives::Objective;
 use crate::plan::action;
 use crate::rules::Rules;
@@ -33,7 +34,9 @@ impl Along {
     /// Says so in those steps.
     pub(crate) fn set(mut self, steps: &mut [Step]) {
         for step in steps {
-            let accompanies = action(step) == Action::Position && !self.is_approach;
+            let (from, to) = step.way();
+            let goes_over_ground = action(step) == Action::Position && SAME_PLACE_M < from.horizontal_distance_m(to);
+            let accompanies = goes_over_ground && !self.is_approach;
             step.along = if accompanies { self.tasks.clone() } else { Vec::new() };
             self.is_approach &= step.passed == 0;
             if self.lands_on_target && step.nominal.goal == Goal::Land {

@@ -1,6 +1,8 @@
 //! From the objective back to the start: which actions, in which order. Knows no areas.
 
+use domain::declared_skill::ROOM_M;
 use domain::state::{State, Tolerance};
+use domain::task::Stance;
 
 use crate::actions::Action;
 use crate::rules::Rules;
@@ -28,9 +30,22 @@ pub(crate) enum NoChain {
 pub(crate) fn chain(start: &State, goal: &State, tolerance: Tolerance, rules: &Rules) -> Result<Vec<Link>, NoChain> {
     let mut links: Vec<Link> = Vec::new();
     let mut current_goal = goal.clone();
-    while !start.matches(&current_goal, tolerance) {
+    let mut depth = 0;
+    while !start.matches(&current_goal, if_at_another_height(&current_goal, goal, tolerance)) {
+        if let Some(height_m) = height_before(&current_goal, start, goal, tolerance, rules) {
+            let (action, from) = match current_goal.mode {
+                Some(_) => (Action::Stop, State { mode: None, ..current_goal.clone() }),
+                None => {
+                    let position = current_goal.position.at_height(height_m);
+                    (Action::Position, State { position, ..current_goal.clone() })
+                }
+            };
+            links.push(Link { action, from: from.clone(), to: current_goal });
+            current_goal = from;
+            continue;
+        }
         // A mission bounds its tasks itself.
-        if links.iter().filter(|it| it.action != Action::Task).count() as u32 == rules.config.depth_limit.get() {
+        if depth == rules.config.depth_limit.get() {
             return Err(NoChain::TooDeep(rules.config.depth_limit.get()));
         }
         // Of equal scores the first is kept: the table's order breaks ties.
@@ -40,6 +55,7 @@ pub(crate) fn chain(start: &State, goal: &State, tolerance: Tolerance, rules: &R
             .map(|it| (it, it.propagate_backwards(&current_goal, start, tolerance, rules)))
             .min_by_key(|(_, from)| score(from, start, tolerance));
         let (action, from) = best.ok_or(NoChain::NoAction)?;
+        depth += u32::from(action != Action::Task);
         links.push(Link { action, from: from.clone(), to: current_goal });
         current_goal = from;
     }
@@ -48,6 +64,30 @@ pub(crate) fn chain(start: &State, goal: &State, tolerance: Tolerance, rules: &R
         first.from = start.clone();
     }
     Ok(links)
+}
+
+/// The height over the place of `goal` from which the vehicle comes straight up or down to `next`: that at which the next task can be done;
+/// without one that of `goal`, for a release and on the way there. `None` if `next` is at that height, or the vehicle is over the place.
+fn height_before(next: &State, start: &State, goal: &State, tolerance: Tolerance, rules: &Rules) -> Option<f64> {
+    if !goal.flying {
+        return None;
+    }
+    let goal_m = goal.position.height_m();
+    let wanted_m = match next.done.last().filter(|_| start.done.len() < next.done.len()) {
+        Some(task) => rules.skills.height_m(task, Stance::Hovers, goal_m)?,
+        None if next.gripper.is_some() || !start.is_over(next, tolerance) => goal_m,
+        None => return None,
+    };
+    (wanted_m != next.position.height_m()).then_some(wanted_m)
+}
+
+/// A task that has a height of its own is done there, however near to it that of the objective is.
+fn if_at_another_height(next: &State, goal: &State, tolerance: Tolerance) -> Tolerance {
+    let is_other = goal.flying && next.position.height_m() != goal.position.height_m();
+    Tolerance {
+        vertical_m: if is_other { ROOM_M.min(tolerance.vertical_m) } else { tolerance.vertical_m },
+        ..tolerance
+    }
 }
 
 /// How near `state` comes to `start`; less is nearer. The place counts first, then whether the vehicle is in the air, because only flying
@@ -63,9 +103,14 @@ fn score(state: &State, start: &State, tolerance: Tolerance) -> (u64, bool, u64)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Arc;
+
     use crate::config::Config;
+    use domain::declared_skill::{DeclaredSkill, DeclaredSkills};
+    use domain::file::Source;
     use domain::fmu::{FlightMode, Gripper};
     use domain::geometry::Ned;
+    use domain::task::Task;
 
     /// `(east, height, flying)`.
     type At = (f64, f64, bool);
@@ -127,6 +172,48 @@ mod tests {
         check(&there(), &["stop", "release"]);
         check(&State { mode: Some(FlightMode::Loiter), ..there() }, &["release"]);
         check(&State { gripper: Some(Gripper::Released), ..there() }, &[]);
+    }
+
+    /// A meter that is read at 3 m, and a lamp at any height.
+    fn rules_with_tasks() -> Rules {
+        let skill = |name: &str, condition: &str| {
+            let text = format!(
+                "version = 1\nsummary = \"Works\"\nprecondition = \"{condition}\"\nseconds = 5.0\nlimit_s = 9.0\n\
+                 outcome = {{ done = \"success\" }}\n"
+            );
+            DeclaredSkill::read(&Source { path: format!("{name}.toml").into(), text }).unwrap()
+        };
+        let meter = skill("meter", "position.height_m >= 2.5 m and position.height_m <= 3.5 m");
+        let skills = DeclaredSkills::of(vec![meter, skill("lamp", "vehicle.flying")]);
+        Rules { skills: Arc::new(skills), ..Rules::for_tests() }
+    }
+
+    #[test]
+    fn a_task_is_done_at_the_height_that_it_asks_for() {
+        #[track_caller]
+        fn check(start: At, tasks: &[&str], drops: bool, expected: &str) {
+            let done = tasks.iter().map(|it| Task { skill: (*it).into(), inputs: Vec::new() }).collect();
+            let goal = State { gripper: drops.then_some(Gripper::Released), done, ..state((500.0, 40.0, true)) };
+            let rules = rules_with_tasks();
+            let links = chain(&state(start), &goal, rules.tolerance(), &rules).unwrap();
+            let text: Vec<_> =
+                links.iter().rev().map(|it| format!("{} {}", it.action.name(), it.to.position.height_m())).collect();
+            assert_eq!(text.join(", "), expected, "{start:?}");
+        }
+        let ground = (0.0, 0.0, false);
+        check(ground, &["lamp"], false, "takeoff 40, position 40, stop 40, task 40");
+        check(ground, &["meter"], false, "takeoff 40, position 40, position 3, stop 3, task 3, position 40");
+        check(
+            ground,
+            &["lamp", "meter", "lamp"],
+            true,
+            "takeoff 40, position 40, stop 40, release 40, task 40, position 3, stop 3, task 3, position 40, stop 40, \
+             task 40",
+        );
+        // Over the place it goes straight there, however little is missing.
+        check((500.0, 20.0, true), &["meter"], false, "position 3, stop 3, task 3, position 40");
+        check((500.0, 4.5, true), &["meter"], false, "position 3, stop 3, task 3, position 40");
+        check((500.0, 3.2, true), &["meter"], false, "stop 3, task 3, position 40");
     }
 
     #[test]

@@ -11,6 +11,7 @@ use domain::geometry::Ned;
 use domain::mission::Progress;
 use domain::plan::{Plan, Step};
 use domain::quantity::Fraction;
+use domain::skill::Goal;
 use domain::state::State;
 use domain::time::Now;
 
@@ -159,9 +160,10 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
                     ..last.reaches.clone()
                 };
                 planner.pass_turns_of(&steps);
-                // A load that was released is not missed at the tasks that follow.
-                for release in steps.iter().filter(|it| it.releases() && it.id != last.id) {
-                    planner.flown(release, false, &state, now);
+                // What was done at the place is not missed at what follows there.
+                let is_done_there = |it: &&Step| it.releases() || matches!(it.nominal.goal, Goal::Task(_));
+                for step in steps.iter().filter(|it| it.id != last.id).filter(is_done_there) {
+                    planner.flown(step, false, &state, now);
                 }
                 planner.flown(last, true, &state, now);
             }

@@ -10,7 +10,7 @@ use std::time::Duration;
 use domain::fmu::{Command, CommandResult, Status};
 use domain::task::{REPEAT, Task};
 use domain::time::{Now, Pace, Time};
-use kittiwake_proto::v1::SkillOutcome;
+use kittiwake_proto::v1::{SkillKind, SkillOutcome};
 
 use crate::commands::{Acknowledgement, CommandLine, InFlight, Purpose};
 use crate::config::Config;
@@ -141,7 +141,7 @@ impl Resource {
 
     /// Nothing flies the vehicle that tasks could go along with.
     fn end_tracks(&mut self, now: Now) {
-        let ended = self.tracks.follow(Vec::new(), now.time);
+        let ended = self.tracks.follow(Vec::new());
         self.tell_of_tracks(ended, now);
     }
 
@@ -226,15 +226,15 @@ impl Resource {
     /// Looks at what runs, then at what is to be commanded.
     pub(crate) fn proceed(&mut self, now: Now) {
         let view = self.view(now);
+        self.farewells.retain(|it| !it.is_over(now.time));
         let ending = self.slots.registered_mut().and_then(|it| it.progress(&view, now.time));
         self.end_registered(ending, now);
         let ended = self.tracks.proceed(&view, now.time);
         self.tell_of_tracks(ended, now);
         self.command_next(now);
         let begins = self.slots.registered_mut().and_then(|it| it.take_order(now.time));
-        let along = self.tracks.take_orders(now.time);
+        let along = self.tracks.take_orders(self.farewells.is_empty(), now.time);
         let ends: Vec<TaskOrder> = self.farewells.iter_mut().filter_map(|it| it.take_order(now.time)).collect();
-        self.farewells.retain(|it| !it.is_over(now.time));
         self.outbox.extend(ends.into_iter().chain(along).chain(begins).map(Output::Task));
     }
 
@@ -383,7 +383,9 @@ impl Resource {
         if let Some(task) = self.slots.take_registered_if(|it| it.order_to_end().is_some()) {
             self.drive(task, Event::Overwritten { by: candidate.id() }, now);
         }
-        if self.farewells.iter().any(|it| it.blocks(now.time)) {
+        // A task has its payload for itself; a flight waits only for what must be safe first.
+        let is_task = candidate.kind() == SkillKind::Task;
+        if self.farewells.iter().any(|it| is_task || it.blocks(now.time)) {
             self.slots.put(candidate);
             return false;
         }
@@ -501,7 +503,7 @@ impl Resource {
             self.drive(old, Event::Overwritten { by: run.id() }, now);
         }
         run.register(now.time);
-        let tracks = self.tracks.follow(run.take_along(), now.time);
+        let tracks = self.tracks.follow(run.take_along());
         self.tell_of_tracks(tracks, now);
         self.idle.end();
         self.stream.switch(run.id(), run.setpoint(), run.has_commanded(), now.time);

@@ -1,4 +1,4 @@
-//! Tasks along a flight. They begin and end with it, and no skill waits for them. One that the next flight has, too, goes on.
+//! Tasks along a flight. They begin and end with it, and no flight waits for them. One that the next flight has, too, goes on.
 
 use std::sync::Arc;
 
@@ -65,7 +65,7 @@ pub(crate) struct Tracks(Vec<Track>);
 impl Tracks {
     /// A flight with these has begun, or the last one has ended: what is to be told about each, and the orders that end the others. One
     /// that has failed begins again.
-    pub(crate) fn follow(&mut self, wanted: Vec<Track>, now: Time) -> (Vec<SkillReport>, Vec<TaskOrder>) {
+    pub(crate) fn follow(&mut self, wanted: Vec<Track>) -> (Vec<SkillReport>, Vec<TaskOrder>) {
         let is_wanted = |it: &Track| wanted.iter().any(|new| new.goal == it.goal);
         let (going_on, over): (Vec<Track>, Vec<Track>) =
             std::mem::take(&mut self.0).into_iter().partition(|it| !it.has_failed() && is_wanted(it));
@@ -75,13 +75,10 @@ impl Tracks {
             reports.push(track.report());
         }
         self.0 = going_on;
-        for mut new in wanted {
+        for new in wanted {
             match self.0.iter_mut().find(|it| it.goal == new.goal) {
                 Some(track) => track.flight = new.flight,
-                None => {
-                    new.task.execute(now);
-                    self.0.push(new);
-                }
+                None => self.0.push(new),
             }
         }
         reports.extend(self.0.iter().map(Track::report));
@@ -100,8 +97,9 @@ impl Tracks {
         (reports, orders)
     }
 
-    /// What their processes are to be told now.
-    pub(crate) fn take_orders(&mut self, now: Time) -> Vec<TaskOrder> {
+    /// What their processes are to be told now. `may_begin`: no other process has yet to end what it does.
+    pub(crate) fn take_orders(&mut self, may_begin: bool, now: Time) -> Vec<TaskOrder> {
+        self.going_on().filter(|it| may_begin && !it.task.is_begun()).for_each(|it| it.task.execute(now));
         self.going_on().filter_map(|it| it.task.take_order(now)).collect()
     }
 

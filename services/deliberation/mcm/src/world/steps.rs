@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use domain::contingency::{LANDING_TARGET_LOST, LEFT_TO_OTHERS, Severity};
+use domain::contingency::{LANDING_TARGET_LOST, LEFT_TO_OTHERS, SKILL_FAILED, Severity};
 use domain::decision::DecisionKind;
 use domain::fmu::Gripper;
 use domain::geometry::Ned;
@@ -11,8 +11,8 @@ use domain::skill::Goal;
 use domain::time::Time;
 use signed_permissions::key::PublicKey;
 
-use super::World;
 use super::orders::is_order;
+use super::{SELF, World};
 use crate::clients::permissions::Asking;
 use crate::journal::{Cause, Said};
 
@@ -62,12 +62,16 @@ impl World {
     pub(super) fn along_failed(&mut self, reason: String) {
         let text = format!("step {}: {reason}; the flight goes on", self.step_number());
         self.record(Said::new("step", DecisionKind::Note, text));
+        self.raise(SKILL_FAILED, SELF, reason.clone());
         self.planner.along_failed(reason);
     }
 
     pub(crate) fn step_failed(&mut self, reason: String) {
         let text = format!("step {} failed: {reason}", self.step_number());
         self.record(Said::new("step", DecisionKind::StepFailed, text));
+        if self.planner.flight.step().is_some_and(|(step, ..)| matches!(step.nominal.goal, Goal::Task(_))) {
+            self.raise(SKILL_FAILED, SELF, reason.clone());
+        }
         // Also refusals ahead: the next plan knows them before the vehicle is at the border.
         let denials = self.permissions.take_denials();
         self.permissions.end_asking_ahead();

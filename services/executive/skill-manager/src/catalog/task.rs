@@ -68,6 +68,10 @@ impl Task {
         self.request_id == request_id
     }
 
+    pub(crate) fn is_begun(&self) -> bool {
+        self.exchange != Exchange::NotBegun
+    }
+
     fn name(&self) -> &str {
         &self.goal.task.skill
     }

@@ -208,6 +208,44 @@ fn a_task_along_a_flight_that_fails_or_is_interrupted_keeps_nobody_waiting() {
     assert_eq!(orders(&rig), [false, true]);
 }
 
+/// Both may use one payload. The winch answers after `answers_s`.
+#[test]
+fn a_task_begins_once_those_along_the_leg_have_ended_or_do_not_answer() {
+    #[track_caller]
+    fn check(answers_s: f64, expected_s: f64) {
+        let (mut rig, along) = (hovering(), task(Stance::Flies, 0.0));
+        let flight = rig.start_with(fly_to(20.0), &along);
+        rig.run(0.5);
+        while rig.ending(flight).is_none() {
+            runs(&mut rig, 1);
+        }
+        let stop = rig.start(Goal::Stop);
+        while !rig.task_orders.iter().any(|it| it.cancel) {
+            rig.run(0.05);
+        }
+        let ended = rig.now;
+        while rig.ending(stop).is_none() {
+            rig.run(0.05);
+        }
+        let over = Ned::new(20.0, 0.0, -10.0);
+        let winch = rig.start(Goal::Task(Arc::new(TaskGoal { over, ..task(Stance::Hovers, 0.0) })));
+        let mut answered = false;
+        let begins = |rig: &Rig| rig.task_orders.last().is_some_and(|it| !it.cancel);
+        while !begins(&rig) {
+            let passed_s = (rig.now - ended).as_secs_f64();
+            assert!(passed_s < 15.0 && rig.ending(winch).is_none(), "it does not begin: {:?}", rig.ending(winch));
+            if answers_s <= passed_s && !std::mem::replace(&mut answered, true) {
+                report(&mut rig, TaskState::Ended, "cancelled");
+            }
+            rig.run(0.05);
+        }
+        let passed_s = (rig.now - ended).as_secs_f64();
+        assert!((passed_s - expected_s).abs() < 0.6, "{passed_s} s, expected {expected_s} s");
+    }
+    check(1.0, 1.0);
+    check(100.0, 2.0);
+}
+
 #[test]
 fn on_the_ground_nothing_is_commanded_for_it() {
     #[track_caller]
