@@ -111,8 +111,8 @@ fn a_task_at_another_height_is_come_to_straight_down() {
          [[objective]]\nname = \"home\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n";
     let mut simulation = simulation(Some(&mission_file("tasks_height", text)), Policy::Grant);
     ends(&mut simulation, MissionOutcome::Success);
-    let plan = "plan 1: takeoff by 60 m; fly to (0, 200, 60); fly to (0, 200, 40); stop; \
-                winch_down (length_m 12) over (0, 200, 40); fly to (0, 200, 60)";
+    let plan = "plan 1: takeoff by 60 m; fly to (0, 200, 60); fly to (0, 200, 39); stop; \
+                winch_down (length_m 12) over (0, 200, 39); fly to (0, 200, 60)";
     assert!(simulation.story(&["plan"]).iter().any(|it| it == plan), "\n{}", simulation.decision_log());
 }
 
@@ -128,8 +128,13 @@ fn no_process_that_dies_during_a_task_ends_the_mission() {
     }
 }
 
-/// A gas sensor that runs along a leg, and a meter that is read on the ground.
-const MORE: [(&str, &str); 2] = [
+/// A camera and a gas sensor that run along a leg, and a meter that is read on the ground.
+const MORE: [(&str, &str); 3] = [
+    (
+        "film",
+        "version = 1\nsummary = \"Films\"\nvehicle = \"flies\"\nprecondition = \"position.height_m >= 20 m\"\n\
+         invariant = \"position.height_m >= 18 m\"\noutcome = { done = \"success\" }\n",
+    ),
     (
         "sniff",
         "version = 1\nsummary = \"Measures gas\"\nvehicle = \"flies\"\n\
@@ -175,6 +180,18 @@ fn a_task_along_a_leg_begins_and_ends_with_its_flight() {
     assert_eq!(simulation.tasks_along(), ["sniff begins"], "{}", simulation.decision_log());
     ends(&mut simulation, MissionOutcome::Success);
     assert_eq!(simulation.tasks_along(), ["sniff begins", "sniff cancelled"], "{}", simulation.decision_log());
+}
+
+/// From below its height it climbs first, where it is.
+#[test]
+fn a_task_along_a_leg_has_its_height_from_the_beginning() {
+    let low = "north_m = 0\neast_m = 50\nheight_m = 6\nflying = true\n\
+               [[objective]]\nname = \"higher\"\nnorth_m = 0\neast_m = 200\nheight_m = 25\nflying = true\n\
+               along = [{ skill = \"film\" }]";
+    let mut simulation = flight_with_more("along_height", low);
+    ends(&mut simulation, MissionOutcome::Success);
+    let plan = "plan 2: fly to (0, 50, 25); fly to (0, 200, 25) with film";
+    assert!(simulation.story(&["plan"]).iter().any(|it| it == plan), "\n{}", simulation.decision_log());
 }
 
 /// No process hears anything between two lines.

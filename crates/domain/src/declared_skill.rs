@@ -9,7 +9,6 @@ use std::path::Path;
 
 use crate::contingency::expression::estimate::Estimate;
 use crate::contingency::expression::{Expression, Verdict};
-use crate::contingency::hazard::reach::well;
 use crate::contingency::snapshot::{Field, Snapshot};
 use crate::file::{Mistake, Mistakes, Source, did_you_mean};
 use crate::geometry::Ned;
@@ -22,17 +21,17 @@ mod read;
 
 use input::{Input, InputKind, value_in, with};
 
-/// Conditions are tried at heights this far apart, in metres, ..
-const HEIGHT_STEP_M: f64 = 0.5;
-/// .. from this one (ENG: lower an autopilot may take hovering for a landing) ..
+/// In flight, conditions hold this far above and below the height of a task too, in metres. An autopilot comes that near to a height. (ENG:
+/// 0.4 m after a descent in the simulator, half a metre with ArduPilot.)
+pub const ROOM_M: f64 = 0.5;
+/// A height of its own has twice as much room, and is a multiple of this; without such a one, half of both.
+const WIDE_M: f64 = 2.0 * ROOM_M;
+/// The lowest height of its own, in metres. (ENG: lower an autopilot may take hovering for a landing.)
 const LOWEST_M: f64 = 2.0;
-/// .. to this one, the highest that a vehicle flies. (The planner's `highest_m`.)
+/// The highest, which is the highest that a vehicle flies. (The planner's `highest_m`.)
 const HIGHEST_M: f64 = 120.0;
 /// The height that is asked for where no mission says one.
 const USUAL_HEIGHT_M: f64 = 10.0;
-/// At a height that a task asks for, its conditions hold this far above and below too, if they can. An autopilot holds a height within
-/// that, in metres. (ENG)
-pub const ROOM_M: f64 = 0.5;
 /// Most tasks at one place.
 pub const MOST_TASKS: usize = 50;
 const LONGEST_NAME: usize = 40;
@@ -220,7 +219,7 @@ impl DeclaredSkill {
                 }
             }
         });
-        bad_input.or_else(|| self.bad_estimate(task)).or_else(|| self.bad_height(stance, height_m))
+        bad_input.or_else(|| self.bad_estimate(task)).or_else(|| self.bad_height(height_m))
     }
 
     /// Its numbers by their names; the greatest of one that the task does not say.
@@ -242,21 +241,23 @@ impl DeclaredSkill {
         let (seconds, limit_s) = (of(&self.seconds), of(&self.limit_s));
         let is_good = [seconds, limit_s, of(&self.power_w)].iter().all(fits) && 0.0 < limit_s && seconds <= limit_s;
         (!is_good).then(|| {
-            let message = format!(
-                "skill `{}` comes to {seconds} s, at most {limit_s} s, and {} W{}",
-                self.name,
-                of(&self.power_w),
-                with(&values)
-            );
-            (message, "its declaration calculates that".to_owned())
+            let (name, power_w, with) = (&self.name, of(&self.power_w), with(&values));
+            let message =
+                format!("skill `{name}` takes {seconds} s, has failed after {limit_s} s, takes {power_w} W{with}");
+            let help = format!("`limit_s` is above 0 and no less than `seconds`, and nothing above {LONGEST_LEG_S}");
+            (message, help)
         })
     }
 
     /// A leg is flown at its height, and the ground is where it is.
-    fn bad_height(&self, stance: Stance, height_m: f64) -> Option<(String, String)> {
-        let unmet = self.unmet_at(stance, height_m).filter(|_| stance != Stance::Hovers)?;
+    fn bad_height(&self, height_m: f64) -> Option<(String, String)> {
+        let unmet = self.unmet_at(height_m, ROOM_M).filter(|_| self.stance != Stance::Hovers)?;
         let message = format!("skill `{}` is used at {height_m} m, and asks for `{}`", self.name, unmet.text());
-        Some((message, "set `height_m` of the objective so that this holds".to_owned()))
+        let help = match self.stance {
+            Stance::Stands => String::new(),
+            _ => format!("set `height_m` of the objective so that this holds, and {ROOM_M} m above and below"),
+        };
+        Some((message, help))
     }
 
     /// The task with this as its `every_m`, if the skill has such an input and the task leaves it out.
@@ -296,27 +297,27 @@ impl DeclaredSkill {
     fn height_near_m(&self, height_m: f64) -> Option<f64> {
         let apart_m = |it: &f64| (it - height_m).abs();
         let nearest = || self.heights_m.iter().copied().min_by(|a, b| apart_m(a).total_cmp(&apart_m(b)));
-        if self.unmet_at(self.stance, height_m).is_none() { Some(height_m) } else { nearest() }
+        if self.unmet_at(height_m, ROOM_M).is_none() { Some(height_m) } else { nearest() }
     }
 
-    /// The heights at which it can be used while all is well; with room above and below, if there are such.
+    /// The heights at which it can be used in flight.
     fn find_heights_m(&self) -> Vec<f64> {
-        let holds = |height_m: f64| self.unmet_at(self.stance, height_m).is_none();
-        let has_room = |it: &f64| holds(it - ROOM_M) && holds(it + ROOM_M);
-        let heights_m = (0..).map(|it| LOWEST_M + f64::from(it) * HEIGHT_STEP_M).take_while(|it| *it <= HIGHEST_M);
-        let heights_m: Vec<f64> = match self.stance {
-            Stance::Stands => Vec::new(),
-            Stance::Hovers | Stance::Flies => heights_m.filter(|it| holds(*it)).collect(),
+        let with_room = |room_m: f64| {
+            let heights_m = (0..).map(|it| LOWEST_M + f64::from(it) * room_m).take_while(|it| *it <= HIGHEST_M);
+            heights_m.filter(|it| self.unmet_at(*it, room_m).is_none()).collect::<Vec<_>>()
         };
-        let with_room: Vec<f64> = heights_m.iter().copied().filter(has_room).collect();
-        if with_room.is_empty() { heights_m } else { with_room }
+        if self.stance == Stance::Stands {
+            return Vec::new();
+        }
+        Some(with_room(WIDE_M)).filter(|it| !it.is_empty()).unwrap_or_else(|| with_room(ROOM_M))
     }
 
-    /// The condition that does not hold there while all is well.
-    fn unmet_at(&self, stance: Stance, height_m: f64) -> Option<&Expression> {
-        let usual = usual(stance, height_m);
+    /// The condition that does not hold there, or as much above or below.
+    fn unmet_at(&self, height_m: f64, room_m: f64) -> Option<&Expression> {
+        let room_m = if self.stance == Stance::Stands { 0.0 } else { room_m };
+        let usual = [-room_m, 0.0, room_m].map(|it| usual(self.stance, height_m + it));
         let mut conditions = [&self.precondition, &self.invariant].into_iter().flatten();
-        conditions.find(|it| it.verdict(&usual) == Verdict::DoesNotHold)
+        conditions.find(|it| usual.iter().any(|usual| it.verdict(usual) == Verdict::DoesNotHold))
     }
 
     /// A task with these inputs, for the others their usual value, or the least or first one.
@@ -373,21 +374,21 @@ impl DeclaredSkill {
     }
 }
 
-/// The values that conditions read while all is well and the vehicle does this at this height.
+/// What is known beforehand of a vehicle that does this at this height. The rest is judged in flight.
 fn usual(stance: Stance, height_m: f64) -> Snapshot {
-    let mut usual = well(stance != Stance::Stands);
+    let mut usual = Snapshot::UNKNOWN;
     usual.set(Field::Height, Some(height_m));
+    usual.set_truth(Field::Flying, Some(stance != Stance::Stands));
     match stance {
         Stance::Hovers => {
+            usual.set_truth(Field::Armed, Some(true));
             usual.set(Field::GroundSpeed, Some(0.0));
             usual.set_choice(Field::Mode, "loiter");
             usual.set_choice(Field::IntendedMode, "loiter");
         }
-        Stance::Flies => {}
+        Stance::Flies => usual.set_truth(Field::Armed, Some(true)),
         // After a landing an autopilot disarms some time, and its mode means nothing.
-        Stance::Stands => {
-            [Field::Armed, Field::Mode, Field::IntendedMode].into_iter().for_each(|it| usual.set(it, None));
-        }
+        Stance::Stands => usual.set(Field::GroundSpeed, Some(0.0)),
     }
     usual
 }

@@ -22,7 +22,7 @@ use toml::Spanned;
 
 use crate::area::{Area, AreaKind, NO_LANDING_TO_M};
 use crate::camera::Camera;
-use crate::declared_skill::DeclaredSkills;
+use crate::declared_skill::{DeclaredSkills, ROOM_M};
 use crate::feed::Feed;
 use crate::file::{MOST_MISTAKES, Mistake, Mistakes, Source};
 use crate::geodesy::{LocalFrame, Origin};
@@ -30,7 +30,7 @@ use crate::geometry::Ned;
 use crate::harm::Ground;
 use crate::site::Site;
 use crate::survey::Survey;
-use crate::task::Stance;
+use crate::task::{Stance, Task};
 use area_hours::HoursEntry;
 pub use areas::MissionAreas;
 use bounds::{LONGEST_NAME, control_character};
@@ -238,8 +238,7 @@ impl Objective {
     /// The objective, or the one of its places that is `place`, as the beginning of a sentence.
     fn in_words(&self, place: Ned) -> String {
         let at = self.survey.as_ref().map(|_| format!(" at {place}")).unwrap_or_default();
-        let what = if place.height_m() == self.position.height_m() { "" } else { "a task of " };
-        format!("{what}objective `{}`{at}", self.name)
+        format!("objective `{}`{at}", self.name)
     }
 
     /// Where it leads, in order: its position, or each turn of its survey.
@@ -632,12 +631,15 @@ impl Checker<'_> {
         area
     }
 
-    /// Where an objective leads, and the heights that its tasks ask for.
-    fn places(&self, objective: &Objective) -> Vec<Ned> {
-        let (Objective { position, flying, .. }, tasks) = (objective, &objective.terms.tasks);
-        let height_m = |it| self.skills?.height_m(it, Stance::at_place(*flying), position.height_m());
-        let of_tasks = tasks.iter().filter_map(height_m).map(|it| position.at_height(it));
-        objective.places().into_iter().chain(of_tasks).collect()
+    /// Where the tasks of an objective are done that ask for another height, each with its name and where it stands.
+    fn task_places(&self, entry: &ObjectiveEntry, objective: &Objective) -> Vec<(String, Range<usize>, Ned)> {
+        let Objective { position, flying, terms, .. } = objective;
+        let place = |(entry, task): (&Spanned<terms::TaskEntry>, &Task)| {
+            let height_m = self.skills?.height_m(task, Stance::at_place(*flying), position.height_m())?;
+            Some((task.skill.clone(), entry.span(), position.at_height(height_m)))
+        };
+        let places = entry.tasks.iter().zip(&terms.tasks).filter_map(place);
+        places.filter(|(.., it)| it.height_m() != position.height_m()).collect()
     }
 
     /// Each place against the ground as the others say it.
@@ -645,13 +647,23 @@ impl Checker<'_> {
         let on_ground = places_on_ground(objectives, sites);
         for (entry, objective) in file.objective.iter().zip(objectives) {
             let place = |position| Place { position, flying: objective.flying, is_end: false };
-            let wrong = self
-                .places(objective)
-                .into_iter()
-                .find_map(|it| Some((it, sites::against_ground(place(it), &on_ground)?)));
+            let wrong =
+                objective.places().into_iter().find_map(|it| Some((it, sites::against_ground(place(it), &on_ground)?)));
             if let Some((at, why)) = wrong {
                 let message = format!("{} {why}", objective.in_words(at));
                 self.say(Some(entry.height_m.span()), message, "one of the two heights is wrong");
+            }
+            for (skill, span, at) in self.task_places(entry, objective) {
+                let lowest = place(at.at_height(at.height_m() - ROOM_M));
+                if sites::against_ground(lowest, &on_ground).is_some() {
+                    let message =
+                        format!("`{skill}` would be done at a height of {} m, in known ground", at.height_m());
+                    self.say(
+                        Some(span),
+                        message,
+                        "heights count from the take-off point: another place, or another condition",
+                    );
+                }
             }
         }
         for (entry, site) in file.site.iter().zip(sites) {
@@ -686,11 +698,17 @@ impl Checker<'_> {
                     let is_end = is_last && position == objective.position;
                     Place { position, flying: objective.flying, is_end }
                 };
-                let places = self.places(objective);
+                let places = objective.places();
                 let unfit = places.iter().find_map(|it| Some((it, sites::unfit(site(*it), area)?)));
                 if let Some((place, unfit)) = unfit {
                     let message = format!("{} {}", objective.in_words(*place), unfit.in_words());
                     self.say(Some(entry.place_span()), message, unfit.help());
+                }
+                for (skill, span, at) in self.task_places(entry, objective) {
+                    if let Some(unfit) = sites::unfit(site(at), area) {
+                        let message = format!("`{skill}` at a height of {} m {}", at.height_m(), unfit.in_words());
+                        self.say(Some(span), message, unfit.help());
+                    }
                 }
             }
         }

@@ -525,8 +525,9 @@ impl Witness {
         let is_alone = !responds && self.is_high;
         self.unattended = (is_over && is_alone).then(|| self.unattended.unwrap_or(at));
         let rests = |(place, _): &(Ned, Time)| place.distance_m(position) < HOVER_RADIUS_M;
-        // The planner's reasons end by themselves, and in `no_plan`.
-        let waits = is_alone && !self.planner_holds;
+        // The planner's reasons end by themselves, and in `no_plan`; a task has its own limit.
+        let does_a_task = self.manager.skill() == v1::SkillKind::Task;
+        let waits = is_alone && !self.planner_holds && !does_a_task;
         self.hover = waits.then(|| self.hover.filter(rests).unwrap_or((position, at)));
         let unattended = self.unattended.is_some_and(|since| since + self.limits.without_response < at);
         let hovers = self.hover.is_some_and(|(_, since)| since + self.limits.hover < at);

@@ -1,15 +1,20 @@
 //! A declaration's file, read and checked.
 
 use std::collections::BTreeMap;
+use std::num::{NonZeroU8, NonZeroU32};
 use std::ops::Range;
 
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::input::{Input, InputKind, MOST_INPUTS, TEXTS, corners, is_text, value_in, with};
-use super::{DeclaredSkill, LONGEST_LEG_S, MOTION, NAMES, RESERVED, is_built_in, is_name, usual};
+use super::{
+    DeclaredSkill, HIGHEST_M, LONGEST_LEG_S, LOWEST_M, MOTION, NAMES, RESERVED, ROOM_M, USUAL_HEIGHT_M, is_built_in,
+    is_name, usual,
+};
 use crate::contingency::expression::estimate::Estimate;
 use crate::contingency::expression::{Expression, Problem, Verdict};
+use crate::control_character::is_control;
 use crate::file::{Mistakes, Source, did_you_mean};
 use crate::payload_command::{PAYLOAD_COMMANDS, Param, PayloadCommand};
 use crate::quantity::Number;
@@ -24,8 +29,8 @@ const MOST_PARAMS: usize = 7;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
-    version: Number<1, 1_000_000>,
-    summary: String,
+    version: NonZeroU32,
+    summary: Spanned<String>,
     precondition: Option<Spanned<String>>,
     invariant: Option<Spanned<String>>,
     postcondition: Option<Spanned<String>>,
@@ -37,7 +42,7 @@ struct File {
     power_w: Option<Spanned<EstimateEntry>>,
     limit_s: Option<Spanned<EstimateEntry>>,
     interrupt_s: Option<Spanned<Number<0, 86_400>>>,
-    tries: Option<Spanned<Number<1, 20>>>,
+    tries: Option<Spanned<NonZeroU8>>,
     #[serde(default)]
     input: BTreeMap<Spanned<String>, InputEntry>,
     outcome: Spanned<BTreeMap<Spanned<String>, Meaning>>,
@@ -158,6 +163,9 @@ impl Check<'_> {
                 return Estimate::constant(usual);
             }
         };
+        if MOST_INPUTS < inputs.len() {
+            return estimate;
+        }
         let wrong = corners(inputs).into_iter().find_map(|it| {
             let value = estimate.value(&value_in(&it));
             let fits = (0.0..=LONGEST_LEG_S).contains(&value);
@@ -191,6 +199,17 @@ impl Check<'_> {
                 self.say(None, message, "only `vehicle = \"flies\"` does without it");
             }
         }
+    }
+
+    fn summary(&mut self, text: &Spanned<String>) -> String {
+        if text.as_ref().trim().is_empty() || text.as_ref().chars().any(is_control) {
+            self.say(
+                Some(text.span()),
+                "`summary` is empty, or has a control character",
+                "say in a sentence what the skill does",
+            );
+        }
+        text.as_ref().clone()
     }
 
     fn takes(&mut self, entries: &[Spanned<String>]) -> Vec<String> {
@@ -242,7 +261,12 @@ impl Check<'_> {
             );
         }
         let param = |it: &Spanned<ParamEntry>| match it.as_ref() {
-            ParamEntry::Number(number) => Param::Number(*number),
+            ParamEntry::Number(number) => {
+                if f64::from(f32::MAX) < number.abs() || number.is_nan() {
+                    self.say(Some(it.span()), format!("a command cannot carry the number {number}"), "");
+                }
+                Param::Number(*number)
+            }
             ParamEntry::Input(name) => {
                 let is_number = |it: &&Input| matches!(it.kind, InputKind::Number { .. });
                 let names: Vec<&str> = inputs.iter().filter(is_number).map(|it| it.name.as_str()).collect();
@@ -310,8 +334,8 @@ impl DeclaredSkill {
         }
         let mut skill = DeclaredSkill {
             name,
-            version: file.version.get() as u32,
-            summary: file.summary.clone(),
+            version: file.version.get(),
+            summary: check.summary(&file.summary),
             precondition: check.condition(file.precondition.as_ref()),
             invariant: check.condition(file.invariant.as_ref()),
             postcondition: check.condition(file.postcondition.as_ref()),
@@ -323,7 +347,7 @@ impl DeclaredSkill {
             inputs,
             heights_m: Vec::new(),
             interrupt_s,
-            tries: file.tries.as_ref().map_or(1, |it| it.as_ref().get() as u32),
+            tries: file.tries.as_ref().map_or(1, |it| u32::from(it.as_ref().get())),
             succeeds_as,
             fails_as: outcomes(Meaning::Failure),
             payload_command,
@@ -339,17 +363,19 @@ impl DeclaredSkill {
         }
         match (skill.usable_at_m(), &skill.postcondition) {
             (None, _) => {
-                let span = file.precondition.as_ref().or(file.invariant.as_ref()).map(Spanned::span);
+                let unmet = skill.unmet_at(if stance == Stance::Stands { 0.0 } else { USUAL_HEIGHT_M }, ROOM_M);
+                let of_invariant = skill.precondition.is_none() || unmet.is_some() && unmet == skill.invariant.as_ref();
+                let span = if of_invariant { &file.invariant } else { &file.precondition }.as_ref().map(Spanned::span);
                 let (message, help) = match stance {
                     Stance::Stands => {
-                        ("precondition and invariant do not hold while a vehicle stands on the ground".to_owned(), "")
+                        ("it does not hold while a vehicle stands on the ground".to_owned(), String::new())
                     }
                     Stance::Hovers | Stance::Flies => (
                         format!("precondition and invariant hold at no height at which a vehicle {stance}"),
-                        "tried at each half metre from 2 to 120 m, while all is well",
+                        format!("tried from {LOWEST_M} to {HIGHEST_M} m, with {ROOM_M} m of room above and below"),
                     ),
                 };
-                check.say(span, message, help);
+                check.say(span, message, &help);
             }
             (Some(height_m), Some(it)) if it.verdict(&usual(stance, height_m)) == Verdict::DoesNotHold => {
                 let message =

@@ -63,13 +63,15 @@ fn a_task_is_done_as_near_to_the_height_of_its_objective_as_its_conditions_allow
     let band = "position.height_m >= 2.5 m and position.height_m <= 3.5 m";
     check(band, 30.0, 3.0);
     check(band, 1.0, 3.0);
-    // One that is there already needs no room.
-    check(band, 2.5, 2.5);
-    check("position.height_m < 40 m", 39.9, 39.9);
-    check("position.height_m < 40 m", 60.0, 39.0);
-    check("position.height_m > 20 m", 15.0, 21.0);
-    check("position.height_m > 3.9 m and position.height_m < 4.1 m", 15.0, 4.0);
-    check("(position.height_m < 6 m or position.height_m > 14 m)", 9.0, 5.0);
+    // At its bounds a vehicle would leave it.
+    check(band, 2.5, 3.0);
+    check("position.height_m < 40 m", 39.4, 39.4);
+    check("position.height_m < 40 m", 39.6, 38.0);
+    check("position.height_m <= 40 m", 60.0, 39.0);
+    check("position.height_m > 20 m", 15.0, 22.0);
+    check("(position.height_m < 6 m or position.height_m > 14 m)", 9.0, 4.0);
+    // What is not known beforehand is judged in flight.
+    check("position.distance_home_m < 5 m and battery.charge_percent < 50 %", 9.0, 9.0);
 }
 
 #[test]
@@ -127,6 +129,10 @@ fn mistakes_are_told_with_their_place() {
     let seconds = "seconds = \"2 + 2 * length_m\"";
     let never = "seconds = 2.0\npostcondition = \"not vehicle.flying\"";
     check(seconds, never, "m.toml:7:17: the postcondition does not hold where the skill is used, such as at 10 m");
+    let at = "m.toml:4:16: precondition and invariant hold at no height";
+    check("position.height_m < 40 m", "position.height_m > 119.6 m", at);
+    check("position.height_m < 40 m", "abs(position.height_m - 9 m) < 0.5 m", at);
+    check("position.height_m < 40 m", "autopilot.mode == offboard", at);
     check("< 40 m", "< 40 s", "m.toml:4:36: m and s are compared");
     check("vehicle.flying", "vehicle.flies", "m.toml:4:17: ");
     check(
@@ -154,13 +160,16 @@ fn mistakes_are_told_with_their_place() {
     check("snagged", "error", "m.toml:15:1: `error` cannot name an outcome");
     check("length_m]\nleast", "skill]\nleast", "m.toml:10:8: `skill` cannot name an input");
     check("version = 1", "version = 0", "m.toml:2:11: ");
+    check("version = 1", "version = 1.5", "m.toml:2:11: ");
+    check("Lowers a load on a rope", " ", "m.toml:3:11: `summary` is empty, or has a control character");
+    check("[1, ", "[nan, ", "m.toml:18:11: a command cannot carry the number NaN");
     check("power_w", "takes = [\"motion\"]\npower_w", "m.toml:7:10: no declared skill takes `motion`");
     check("power_w", "takes = [\"Camera 1\"]\npower_w", "m.toml:7:10: \"Camera 1\" cannot name a payload");
     check("snagged", "cancelled", "m.toml:15:1: `cancelled` cannot name an outcome");
     check("version = 1", "version = 1\nvehicle = \"swims\"", "m.toml:3:11: unknown variant `swims`");
     check("limit_s = 60.0\n", "", "m.toml: `limit_s` is missing: the skill is used while the vehicle hovers");
     let stands = "version = 1\nvehicle = \"stands\"";
-    check("version = 1", stands, "m.toml:5:16: precondition and invariant do not hold while a vehicle stands");
+    check("version = 1", stands, "m.toml:5:16: it does not hold while a vehicle stands");
 }
 
 #[test]

@@ -4,6 +4,7 @@
 
 use crate::area::{Area, AreaKind};
 use crate::geometry::Ned;
+use crate::known_ground::AROUND_M;
 
 /// Nearer than this to a border no place to fly to or to stand on may lie, in metres: wind would carry the vehicle over it.
 /// (The mission manager's `margin_m` and the planner's margin in `config/kittiwake.toml`.)
@@ -28,11 +29,16 @@ const LEVEL_M: f64 = 5.0;
 /// the place.
 pub(super) fn against_ground(place: Place, others: &[(String, Ned)]) -> Option<String> {
     let height_m = place.position.height_m();
-    others.iter().find_map(|(name, other)| {
-        let (away_m, ground_m) = (other.horizontal_distance_m(place.position), other.height_m() + 0.0);
+    let away_m = |it: &Ned| it.horizontal_distance_m(place.position);
+    // The nearest place says how high the ground is.
+    let nearest = others.iter().min_by(|a, b| away_m(&a.1).total_cmp(&away_m(&b.1))).filter(|_| place.flying);
+    let near = others.iter().filter(|(_, it)| !place.flying && away_m(it) <= MARGIN_M);
+    let over = nearest.into_iter().filter(|(_, it)| away_m(it) <= AROUND_M);
+    near.chain(over).find_map(|(name, other)| {
+        let (away_m, ground_m) = (away_m(other), other.height_m() + 0.0);
         let is_wrong = if place.flying { height_m <= ground_m } else { LEVEL_M < (height_m - ground_m).abs() };
         let verb = if place.flying { "flies" } else { "lies" };
-        (away_m <= MARGIN_M && is_wrong).then(|| {
+        is_wrong.then(|| {
             format!(
                 "{verb} at height {height_m} m, and the ground {away_m:.0} m from there, at {name}, at {ground_m} m"
             )

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use domain::contingency::LANDING_TARGET_LOST;
 use domain::time::Time;
 use kittiwake_proto::v1::{DecisionKind, DecisionRecord};
 
@@ -34,6 +35,8 @@ impl Flapping {
         }
         match it.kind() {
             OrderAccepted | PermissionDecided | StepSucceeded => self.caused(),
+            // Each landing looks for it again, and landings are counted.
+            ContingencyRaised if it.flag == LANDING_TARGET_LOST => {}
             ContingencyRaised => {
                 let words: String = it.text.chars().filter(|it| !it.is_ascii_digit()).collect();
                 let count = self.rises.entry((it.flag.clone(), words)).or_default();

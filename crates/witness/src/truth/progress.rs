@@ -56,7 +56,9 @@ impl Progress {
         let hold = self.hold.get_or_insert_with(new);
         // What cannot be undone comes last: it waits for as long as there is energy.
         let waits_for_way = !manager.acting.is_empty() && reach.best.is_none();
-        let is_excused = manager.paused || manager.plan_approval.is_some() || waits_for_way;
+        // A task has its own limit.
+        let does_a_task = manager.skill() == SkillKind::Task;
+        let is_excused = manager.paused || manager.plan_approval.is_some() || waits_for_way || does_a_task;
         if PLACE_M < hold.place.distance_m(place) || is_excused {
             *hold = new();
             return None;

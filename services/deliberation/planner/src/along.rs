@@ -3,15 +3,18 @@
 
 use std::sync::Arc;
 
+use domain::geometry::Ned;
 use domain::plan::Step;
 use domain::skill::Goal;
-use domain::task::TaskGoal;
+use domain::state::State;
+use domain::task::{Stance, Task, TaskGoal};
 
 use crate::actions::Action;
 use crate::communication::SAME_PLACE_M;
 use crate::objectives::Objective;
 use crate::plan::action;
 use crate::rules::Rules;
+use crate::survey::Via;
 
 /// The tasks of an objective, and from where on they go on.
 #[derive(Debug)]
@@ -31,6 +34,20 @@ impl Along {
         Along { tasks: terms.along.iter().map(goal).collect(), is_approach, lands_on_target: terms.land_on_target }
     }
 
+    /// What is flown to from `state`: straight up or down to the height of the objective first, if a task cannot be done at this one.
+    pub(crate) fn ahead(&self, state: &State, objective: &Objective, mut ahead: Vec<Via>, rules: &Rules) -> Vec<Via> {
+        let height_m = objective.goal.position.height_m();
+        let unfit = |task: &Task, height_m| rules.skills.misfit(task, Stance::Flies, height_m).is_some();
+        let needs_height =
+            |it: &Arc<TaskGoal>| unfit(&it.task, state.position.height_m()) && !unfit(&it.task, height_m);
+        if state.flying && objective.goal.flying && !self.is_approach && self.tasks.iter().any(needs_height) {
+            let done = state.done.clone();
+            let state = State { done, ..State::new(state.position.at_height(height_m), true) };
+            ahead.insert(0, Via { state, passed: objective.passed() });
+        }
+        ahead
+    }
+
     /// Says so in those steps.
     pub(crate) fn set(mut self, steps: &mut [Step]) {
         for step in steps {
@@ -44,4 +61,15 @@ impl Along {
             }
         }
     }
+}
+
+/// Why a task along one of these steps cannot be done at the height at which they are flown.
+pub(crate) fn unfit(steps: &[Step], rules: &Rules) -> Option<String> {
+    let unfit = |step: &Step, it: &TaskGoal| {
+        let (from, to) = step.way();
+        let heights_m = [from, to].map(Ned::height_m).into_iter();
+        heights_m.map(|height_m| rules.skills.misfit(&it.task, Stance::Flies, height_m)).find_map(|it| it)
+    };
+    let (message, _) = steps.iter().find_map(|step| step.along.iter().find_map(|it| unfit(step, it)))?;
+    Some(message)
 }

@@ -15,6 +15,7 @@ use domain::skill::Goal;
 use domain::state::State;
 use domain::time::Now;
 
+use crate::along;
 use crate::energy::Hop;
 use crate::mission_planner::{Answer, MissionPlanner, Question};
 use crate::objectives::Objective;
@@ -160,6 +161,7 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
                     ..last.reaches.clone()
                 };
                 planner.pass_turns_of(&steps);
+                along::unfit(&steps, planner.rules()).into_iter().for_each(|it| planner.along_failed(it));
                 // What was done at the place is not missed at what follows there.
                 let is_done_there = |it: &&Step| it.releases() || matches!(it.nominal.goal, Goal::Task(_));
                 for step in steps.iter().filter(|it| it.id != last.id).filter(is_done_there) {

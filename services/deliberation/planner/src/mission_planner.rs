@@ -230,6 +230,7 @@ impl MissionPlanner {
                 objective.ahead()
             };
             let along = Along::of(objective, &self.rules);
+            let ahead = along.ahead(&state, objective, ahead, &self.rules);
             let airspace = self.airspace(&grants, &closures, now);
             let mut steps = match steps_to(&state, &ahead, failed.take(), tolerance, &airspace, &self.rules) {
                 Ok(steps) => steps,

@@ -65,7 +65,7 @@ impl Objective {
         is_off(line) && way.is_none_or(is_off)
     }
 
-    fn passed(&self) -> usize {
+    pub(crate) fn passed(&self) -> usize {
         self.status.objective.survey.as_ref().map_or(0, |it| it.passed())
     }
 

@@ -51,7 +51,7 @@ fn check(node: &Node, inputs: &[&str]) -> Result<(), Problem> {
             );
         }
         Part::Name(name) if inputs.contains(&name.as_str()) => Vec::new(),
-        Part::Name(name) => return problem(format!("there is no input `{name}`"), did_you_mean(name, inputs)),
+        Part::Name(name) => return problem(format!("there is no input `{name}`"), known(name, inputs)),
         Part::Negative(inner) => vec![inner],
         Part::Pair(symbol, left, right) if Operation::of(*symbol).is_some() => vec![left, right],
         Part::Pair(..) | Part::Not(_) => return problem(NO_NUMBER.into(), String::new()),
@@ -91,6 +91,10 @@ fn value(node: &Node, input: &impl Fn(&str) -> Option<f64>) -> f64 {
         }
         Part::Not(_) => f64::NAN,
     }
+}
+
+fn known(name: &str, inputs: &[&str]) -> String {
+    if inputs.is_empty() { "the skill has no input that is a number".to_owned() } else { did_you_mean(name, inputs) }
 }
 
 #[cfg(test)]
