@@ -3,6 +3,9 @@
 use std::path::Path;
 use std::time::Duration;
 
+use bus::{Link, Scope};
+use kittiwake::flood::Flood;
+use kittiwake_proto::v1::{TaskReport, TaskState};
 use kittiwake_skill::{CANCELLED, Offer, Stop, Task, offer};
 
 use crate::support::files::Files;
@@ -43,6 +46,33 @@ fn a_mission_waits_for_its_winch_and_flies_with_it() {
     let _winch = Winch::offered_to(&system, lowers);
     system.wait_for("winch_down (length_m 12) over (120, 60, 15)");
     system.end().expect(0, &["SUCCESS", "SUCCESS"]);
+}
+
+/// Ten thousand reports a second, of a task that nobody has ordered, beside those of the winch.
+#[test]
+fn a_flood_of_reports_delays_no_mission() {
+    let system = System::start(&["--speed", "5", "--mission", MISSION]);
+    let _winch = Winch::offered_to(&system, lowers);
+    let link = Link {
+        connect: vec![system.locator()],
+        scope: Scope::Vehicle("uav1".into()),
+        open_timeout: Duration::from_secs(10),
+    };
+    let report = |number| TaskReport {
+        skill: "winch_down".into(),
+        version: 1,
+        request_id: "of nobody".into(),
+        progress: number as f64 / 1e9,
+        state: TaskState::Running as i32,
+        ..Default::default()
+    };
+    let stop = Stop::new();
+    std::thread::scope(|scope| {
+        scope.spawn(|| bus::Process::of(&mut Flood::new(10_000, u64::MAX, report), &link).run(&stop));
+        system.wait_for("winch_down (length_m 12) over (120, 60, 15)");
+        system.end().expect(0, &["SUCCESS", "SUCCESS"]);
+        stop.stop();
+    });
 }
 
 #[test]
