@@ -21,14 +21,14 @@ mod read;
 
 use input::{Input, InputKind, value_in, with};
 
-/// In flight, conditions hold this far above and below the height of a task too, in metres. An autopilot comes that near to a height. (ENG:
-/// 0.4 m after a descent in the simulator, half a metre with ArduPilot.)
+/// In flight, conditions must hold this far above and below the height of a task too, in metres: an autopilot comes no nearer to a height.
+/// (ENG: 0.4 m after a descent in the simulator, half a metre with ArduPilot.)
 pub const ROOM_M: f64 = 0.5;
-/// A height of its own has twice as much room, and is a multiple of this; without such a one, half of both.
+/// Where a task needs another height than its objective, multiples of this are tried, with as much room; then of half, with half the room.
 const WIDE_M: f64 = 2.0 * ROOM_M;
-/// The lowest height of its own, in metres. (ENG: lower an autopilot may take hovering for a landing.)
+/// The lowest height that is tried, in metres. (ENG: lower an autopilot may take hovering for a landing.)
 const LOWEST_M: f64 = 2.0;
-/// The highest, which is the highest that a vehicle flies. (The planner's `highest_m`.)
+/// The highest one, as high as a vehicle flies. (The planner's `highest_m`.)
 const HIGHEST_M: f64 = 120.0;
 /// The height that is asked for where no mission says one.
 const USUAL_HEIGHT_M: f64 = 10.0;
@@ -161,7 +161,7 @@ impl DeclaredSkills {
         })
     }
 
-    /// What two of these tasks, which go on at the same time, both take: where the second one stands, and a sentence.
+    /// Of tasks along one leg, the first that takes what one before it takes: its index, and a sentence.
     pub fn taken_twice(&self, along: &[Task]) -> Option<(usize, String)> {
         let mut taken: BTreeMap<&str, &str> = BTreeMap::new();
         along.iter().enumerate().find_map(|(index, task)| {
@@ -362,7 +362,7 @@ impl DeclaredSkill {
         std::iter::once(stance).chain(inputs).chain(conditions).chain([limits, ends]).collect()
     }
 
-    /// What it does not share: its process, the command that carries it out, its payloads.
+    /// What it shares with no skill that runs beside it: its process, its command, its payloads.
     fn needs_alone(&self) -> impl Iterator<Item = &str> {
         let command = self.payload_command.as_ref().map(PayloadCommand::name);
         std::iter::once(self.name.as_str()).chain(command).chain(self.takes.iter().map(String::as_str))
@@ -374,7 +374,7 @@ impl DeclaredSkill {
     }
 }
 
-/// What is known beforehand of a vehicle that does this at this height. The rest is judged in flight.
+/// The fields that are known before a flight: what the vehicle does, and at which height. The others are judged in flight.
 fn usual(stance: Stance, height_m: f64) -> Snapshot {
     let mut usual = Snapshot::UNKNOWN;
     usual.set(Field::Height, Some(height_m));
