@@ -12,7 +12,7 @@ use crate::support::processes::Process;
 use crate::support::wait_for;
 
 const AREA_A: &str = "[data-area=A]";
-const BATTERY: &str = "[data-flag=battery_low]";
+const GNSS: &str = "[data-flag=gnss_lost]";
 
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
@@ -46,20 +46,19 @@ fn an_area_turns_granted_and_the_mission_flies_to_its_end() {
 fn a_flag_is_raised_and_acknowledged() {
     let (system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
-    assert!(system.inject(&["fault", "battery", "0.2"]).status.success());
-    browser.wait_for(BATTERY, "acting");
-    browser.wait_for("#fleet", "battery low");
-    browser.wait_for("#alarm", "uav1 warning: battery low");
-    browser.wait_for("#contingencies[data-alarm=bad]", "battery low");
-    browser.wait_for("#response", "battery low. Home, down in 0:");
-    browser.wait_for("#response", "The mission ends with it.");
+    // It holds until somebody lowers it, so that the operator finds the alarm however late.
+    assert!(system.inject(&["flag", "gnss_lost"]).status.success());
+    browser.wait_for(GNSS, "acting");
+    browser.wait_for("#fleet", "gnss lost");
+    browser.wait_for("#alarm", "uav1 warning: gnss lost");
+    browser.wait_for("#contingencies[data-alarm=bad]", "gnss lost");
     wait_for("the tab to say it", || {
-        browser.run("return document.title", vec![]).as_str()?.contains("uav1: battery low").then_some(())
+        browser.run("return document.title", vec![]).as_str()?.contains("uav1: gnss lost").then_some(())
     });
     browser.picture("flag");
     browser.take_command();
-    browser.click(&format!("{BATTERY} button"));
-    browser.wait_for(BATTERY, "Acknowledged by");
+    browser.click(&format!("{GNSS} button"));
+    browser.wait_for(GNSS, "Acknowledged by");
     wait_for("the bar to go", || browser.text("#alarm").is_none().then_some(()));
     browser.picture("flag-acknowledged");
     browser.expect_no_error();
@@ -170,6 +169,8 @@ fn an_alarm_is_shelved_and_comes_back() {
     let (system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
     assert!(system.inject(&["fault", "battery", "0.2"]).status.success());
+    browser.wait_for("#response", "battery low. Home, down in 0:");
+    browser.wait_for("#response", "The mission ends with it.");
     browser.wait_for("#alarm .alarm", "uav1 warning: battery low");
     let shelve =
         "const it = document.querySelector('#alarm select'); it.value = '5'; it.dispatchEvent(new Event('change'))";
