@@ -1,5 +1,5 @@
 //! What is wrong with a table although each of its rows can be read: two rows that are alike, thresholds that flap, responses that need
-//! what their own flag takes away, rows that never rise or never respond ([`rises`]), hazards without an answer ([`hazards`]).
+//! what their own flag takes away, rows that never rise or never respond (`rises`), hazards without an answer ([`hazards`]).
 //!
 //! A pure function of the table. What a single row may not say is refused when the file is read (`domain::contingency`).
 

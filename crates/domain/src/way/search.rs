@@ -67,7 +67,7 @@ fn may_open(area: &Area) -> bool {
     area.kind == AreaKind::Permission || area.only_bars_landings()
 }
 
-/// Areas that are open by [`may_open`], by their index: their permission was asked for before.
+/// Areas that are open by `may_open`, by their index: their permission was asked for before.
 pub type Asked = BTreeSet<usize>;
 
 /// What a search knows and keeps to.

@@ -11,7 +11,7 @@
 //! knows every grant that is out. A tower that has lost decisions grants nothing until an operator has accepted that; until
 //! then every area can be revoked.
 //!
-//! The air round a site that must be ready is granted only while it is ([`sites`]): that is above policy and operator.
+//! The air round a site that must be ready is granted only while it is (`sites`): that is above policy and operator.
 //!
 //! A grant is for one flight of the vehicle and for the place that was requested: a request for another area of the same name, or in another
 //! flight, is a new one. The tower does not know what lies there, nor where vehicles are, and calls no other service.
