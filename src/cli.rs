@@ -1,15 +1,16 @@
 //! The command line.
 
 use std::ffi::OsString;
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use bus::sockets::read_locator;
 use clap::builder::PossibleValuesParser;
-use clap::{Args, Parser, Subcommand};
+use clap::{Arg, Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::airspace::args::AirspaceArgs;
 use crate::backend::Backend;
-use crate::composition::Composition;
+use crate::composition::{Composition, ONBOARD};
 use crate::config::VehicleName;
 use crate::operate::args::{AuditArgs, MissionArgs, PermissionArgs, PicturesArgs, SiteArgs, VehicleArgs, WhyArgs};
 use crate::plan::WindArg;
@@ -39,65 +40,172 @@ pub struct Cli {
 pub enum Command {
     /// Start every process and fly the mission (the default)
     Up(UpArgs),
+    /// Fly the shipped mission with the page open in a browser, and buttons that make it go wrong
+    Demo(DemoArgs),
+    /// Print what would be flown: legs, time, energy, permissions, what is left out and why; start nothing
+    Plan(PlanArgs),
+    /// Fly in virtual time, many times faster than real time, with faults and random trouble; judge every run
+    Simulate(SimulateArgs),
     /// Check every file that `up` and the routers read, and prove by flights in virtual time that the table answers everything
     Check(CheckArgs),
+    /// Print what the gateway of a running system says about its vehicle
+    Status(StatusArgs),
+    /// Tell why the vehicle did what it did: its decisions as sentences, each under the one that led to it
+    Why(WhyArgs),
+    /// Read the state of a vehicle or order something, over the gateway
+    Vehicle(VehicleArgs),
+    /// Read, try out or change a mission, over the gateway
+    Mission(MissionArgs),
+    /// List permissions or decide about them, over the gateway
+    Permission(PermissionArgs),
+    /// Report whether a place to land at is ready, over the gateway
+    Site(SiteArgs),
+    /// Raise a flag or inject a fault into a running system
+    Inject(InjectArgs),
+    /// Check data sets of zones, compare their editions, and put them into a mission, also into one that is flown
+    Airspace(AirspaceArgs),
+    /// List the skills of a vehicle, or examine a process that carries out one of your own
+    Skill(SkillArgs),
+    /// Compare a configuration with the one that this version ships
+    Config(ConfigArgs),
+    /// Write the places of the pictures in a recording as CSV or GeoJSON
+    Pictures(PicturesArgs),
+    /// Give the mission manager and the planner of a recorded flight the same again, and compare every decision
+    Replay(ReplayArgs),
+    /// Check the files in which a gateway records orders
+    Audit(AuditArgs),
+    /// Print what this machine lacks to fly
+    Doctor(DoctorArgs),
+    /// Make a token for an operator of a gateway, if there is none yet, and print the link to the page
+    Access(AccessArgs),
+    /// Make, revoke or renew the certificates of the routers at both ends of the link
+    Certs(CertsArgs),
     /// Listen to a PX4, and check whether its parameters make its failsafes the net below ours; command nothing
     #[command(name = "px4-check")]
     Px4Check(Px4CheckArgs),
     /// Read the parameters of an autopilot over MAVLink, and check whether they make its failsafes the net below ours
     #[command(name = "autopilot-check")]
     AutopilotCheck(AutopilotCheckArgs),
-    /// Print what would be flown: legs, time, energy, permissions, what is left out and why; start nothing
-    Plan(PlanArgs),
-    /// Fly in virtual time, many times faster than real time, with faults and random trouble; judge every run
-    Simulate(SimulateArgs),
-    /// Give the mission manager and the planner of a recorded flight the same again, and compare every decision
-    Replay(ReplayArgs),
-    /// The router that every process connects to; prints where it listens
-    Router(RouterArgs),
-    /// Make, revoke or renew the certificates of the routers at both ends of the link
-    Certs(CertsArgs),
-    #[command(flatten)]
-    Service(ServiceCommand),
-    /// Several processes on board of one vehicle as one, in one thread: smaller and quicker, and they die together
-    Onboard(OnboardArgs),
-    /// Raise a flag or inject a fault into a running system
-    Inject(InjectArgs),
-    /// Print what the gateway of a running system says about its vehicle
-    Status(StatusArgs),
-    /// Make a token for an operator of a gateway, if there is none yet, and print the link to the page
-    Access(AccessArgs),
-    /// Check whether a process is on the bus and makes progress: exit code 0 if so, 1 if not
-    Health(HealthArgs),
-    /// Read the state of a vehicle or order something, over the gateway
-    Vehicle(VehicleArgs),
-    /// Read, try out or change a mission, over the gateway
-    Mission(MissionArgs),
-    /// Check data sets of zones, compare their editions, and put them into a mission, also into one that is flown
-    Airspace(AirspaceArgs),
-    /// List permissions or decide about them, over the gateway
-    Permission(PermissionArgs),
-    /// Report whether a place to land at is ready, over the gateway
-    Site(SiteArgs),
-    /// Check the files in which a gateway records orders
-    Audit(AuditArgs),
-    /// Tell why the vehicle did what it did: its decisions as sentences, each under the one that led to it
-    Why(WhyArgs),
-    /// Write the places of the pictures in a recording as CSV or GeoJSON
-    Pictures(PicturesArgs),
-    /// List the skills of a vehicle, or examine a process that carries out one of your own
-    Skill(SkillArgs),
     /// Print what a shell needs to complete this program's arguments
     Completions(CompletionsArgs),
     /// Write the manual's pages, one for each command, for `man -l FILE` or a folder of the manual
     Man(ManArgs),
+    /// Run one process of the system, as systemd and containers do
+    Run(RunArgs),
+    /// Check whether a process is on the bus and makes progress: exit code 0 if so, 1 if not
+    Health(HealthArgs),
     /// Measure: fly real systems and print the reference's tables beside our figures; starts `kittiwake-kpi`
     #[command(disable_help_flag = true)]
     Kpi(CompanionArgs),
-    /// Trouble: fly real systems while processes die, hang and lose their state, and judge them by where the vehicle is; starts
-    /// `kittiwake-chaos`
+    /// Trouble: fly real systems while processes die, hang and lose their state, and judge them; starts `kittiwake-chaos`
     #[command(disable_help_flag = true)]
     Chaos(CompanionArgs),
+}
+
+/// The commands as the overview shows them.
+const GROUPS: [(&str, &[&str]); 6] = [
+    ("Fly", &["up", "demo", "plan", "simulate", "check"]),
+    ("Operate", &["status", "why", "vehicle", "mission", "permission", "site", "inject"]),
+    ("Files", &["airspace", "skill", "config", "pictures", "replay", "audit"]),
+    ("Install", &["doctor", "access", "certs", "px4-check", "autopilot-check", "completions", "man"]),
+    ("Processes", &["run", "health"]),
+    ("Measure", &["kpi", "chaos"]),
+];
+
+/// The command line: an overview in groups, and for each process only the options that it reads.
+pub fn command() -> clap::Command {
+    let command = Cli::command().mut_subcommand("run", |run| {
+        let run = Service::ALL.into_iter().fold(run, |run, service| {
+            run.mut_subcommand(service.name(), |it| it.mut_args(|arg| hide_unread(arg, &[service])))
+        });
+        run.mut_subcommand(ONBOARD, |it| it.mut_args(|arg| hide_unread(arg, &Service::on_board())))
+    });
+    let overview = overview(&command);
+    command.help_template(format!("{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{overview}"))
+}
+
+/// Reads the arguments of this process; ends it where they have a mistake, or ask for help.
+pub fn read() -> Cli {
+    Cli::from_arg_matches(&command().get_matches()).unwrap_or_else(|mistake| mistake.exit())
+}
+
+/// Hides an option of [`Settings`] that none of these services reads.
+fn hide_unread(arg: Arg, services: &[Service]) -> Arg {
+    let settings = Settings::augment_args(clap::Command::new("settings"));
+    let is_setting = settings.get_arguments().any(|it| it.get_id() == arg.get_id());
+    let option = arg.get_long().map(|it| format!("--{it}")).unwrap_or_default();
+    let is_unread = is_setting && !services.iter().any(|it| it.reads(&option));
+    if is_unread { arg.hide(true) } else { arg }
+}
+
+fn overview(command: &clap::Command) -> String {
+    let mut text = String::new();
+    for (group, names) in GROUPS {
+        _ = writeln!(text, "{group}:");
+        for name in names {
+            let about = command.find_subcommand(name).and_then(clap::Command::get_about).map(ToString::to_string);
+            _ = writeln!(text, "  {name:<16} {}", about.unwrap_or_default());
+        }
+        text.push('\n');
+    }
+    text + "`kittiwake COMMAND --help` says what a command does, its options and exit codes."
+}
+
+/// For `kittiwake demo`.
+#[derive(Debug, Args)]
+pub struct DemoArgs {
+    /// The configuration file
+    #[arg(long, value_name = "FILE", default_value_os_t = default_config())]
+    pub config: PathBuf,
+}
+
+impl DemoArgs {
+    /// As if `up` were told so.
+    pub fn up(self) -> UpArgs {
+        UpArgs {
+            settings: Settings::of_file(&self.config),
+            backend: Some(Backend::Sim),
+            listen: None,
+            onboard: None,
+            exit_when_done: false,
+            json: false,
+            opens_page: true,
+        }
+    }
+}
+
+/// For `kittiwake doctor`.
+#[derive(Debug, Args)]
+#[command(after_help = "Exit codes:\n    0  nothing is missing\n    1  something is; the line says what to do")]
+pub struct DoctorArgs {
+    /// The configuration file
+    #[arg(long, value_name = "FILE", default_value_os_t = default_config())]
+    pub config: PathBuf,
+}
+
+/// For `kittiwake config`.
+#[derive(Debug, Args)]
+pub struct ConfigArgs {
+    #[command(subcommand)]
+    pub command: ConfigCommand,
+}
+
+/// What is done with a configuration.
+#[derive(Debug, Subcommand)]
+pub enum ConfigCommand {
+    /// Print each key that differs from the shipped configuration, and the files of trees that do
+    Diff(DiffArgs),
+}
+
+/// For `kittiwake config diff`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit codes:\n    0  no difference\n    1  a difference\n    2  a file has a mistake or cannot be read"
+)]
+pub struct DiffArgs {
+    /// The configuration file; the other files are beside it
+    #[arg(long, value_name = "FILE", default_value_os_t = default_config())]
+    pub config: PathBuf,
 }
 
 /// For `kittiwake completions`.
@@ -147,6 +255,9 @@ pub struct UpArgs {
     /// Print the mission report as JSON, and nothing else, on standard output
     #[arg(long)]
     pub json: bool,
+    /// Open the operator's page in a browser, at the buttons that make the flight go wrong; for `demo`.
+    #[arg(skip)]
+    pub opens_page: bool,
 }
 
 impl UpArgs {
@@ -262,7 +373,7 @@ pub struct PlanArgs {
     pub json: bool,
 }
 
-/// For `kittiwake router`.
+/// For `kittiwake run router`.
 #[derive(Debug, Args)]
 pub struct RouterArgs {
     /// Where to listen: `unixsock-stream/PATH`, a socket in a folder that only this user may enter, or an address such as
@@ -364,6 +475,25 @@ pub struct RenewArgs {
     pub days: f64,
 }
 
+/// For `kittiwake run`.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// Which process
+    #[command(subcommand)]
+    pub process: ProcessCommand,
+}
+
+/// The processes of the system.
+#[derive(Debug, Subcommand)]
+pub enum ProcessCommand {
+    /// The router that every process connects to; prints where it listens
+    Router(RouterArgs),
+    #[command(flatten)]
+    Service(ServiceCommand),
+    /// Several processes on board of one vehicle as one, in one thread: smaller and quicker, and they die together
+    Onboard(OnboardArgs),
+}
+
 /// The services, one process each.
 #[derive(Debug, Subcommand)]
 pub enum ServiceCommand {
@@ -422,9 +552,9 @@ pub struct ProcessArgs {
     pub exit_with_parent: bool,
 }
 
-/// For `kittiwake onboard`.
+/// For `kittiwake run onboard`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n    kittiwake onboard --nodes mcm,skill-manager,monitor,planner --vehicle uav1")]
+#[command(after_help = "Example:\n    kittiwake run onboard --nodes mcm,skill-manager,monitor,planner --vehicle uav1")]
 pub struct OnboardArgs {
     /// The nodes, by the names of their own commands
     #[arg(long, value_name = "NODES")]
@@ -548,11 +678,34 @@ pub struct TargetArgs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {
-        Cli::command().debug_assert();
+        command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_is_in_one_group_of_the_overview() {
+        let command = command();
+        let mut names: Vec<_> = command.get_subcommands().map(clap::Command::get_name).collect();
+        let mut shown: Vec<_> = GROUPS.iter().flat_map(|it| it.1).copied().collect();
+        names.sort_unstable();
+        shown.sort_unstable();
+        assert_eq!(names, shown);
+    }
+
+    #[test]
+    fn a_process_lists_only_the_options_that_it_reads() {
+        #[track_caller]
+        fn check(process: &str, shown: &str, hidden: &str) {
+            let help = command().try_get_matches_from(["kittiwake", "run", process, "--help"]).unwrap_err().to_string();
+            assert!(help.contains(shown) && !help.contains(hidden), "{help}");
+        }
+        check("mcm", "--tower-key", "--http");
+        check("gateway", "--http", "--tower-key");
+        check("monitor", "--vehicle", "--seed");
+        check("onboard", "--record-inputs", "--tower-secret");
+        check("router", "--dial", "--seed");
     }
 
     #[test]
@@ -599,7 +752,7 @@ mod tests {
         check(&["up", "--speed", "NaN"], "0.1 to 100");
         check(&["up", "--permissions", "maybe"], "grant, delay, deny, random, silent");
         check(&["up", "--http", "here"], "invalid socket address");
-        check(&["mcm", "--vehicle", "a/b"], "lower-case");
+        check(&["run", "mcm", "--vehicle", "a/b"], "lower-case");
         check(&["health", "--process", "autopilot"], "router, vehicle-sim, px4-bridge, mavlink-bridge, skill-manager");
         check(&["health", "--vehicle", "uav1"], "--process <NAME>");
         check(&["simulate", "--runs", "0"], "--runs");

@@ -21,7 +21,7 @@ mod subject;
 const LIMIT: Duration = Duration::from_millis(2800);
 /// Its parts: for the answer of a router,
 const ROUTER_LIMIT: Duration = Duration::from_millis(500);
-/// and for a heartbeat of a service, which comes at 2 Hz: three periods.
+/// and for a heartbeat of a service, which comes four times a second.
 const PATIENCE: Duration = Duration::from_millis(1600);
 
 /// What is said about a process.

@@ -12,8 +12,6 @@
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use clap::Parser;
-
 use crate::companion::Companion;
 
 mod airspace;
@@ -23,6 +21,7 @@ mod cli;
 mod companion;
 pub mod composition;
 pub mod config;
+mod configuration;
 pub mod flood;
 mod health;
 mod http_client;
@@ -51,7 +50,7 @@ pub mod up;
 
 /// Does what the command line says, and returns the exit code.
 pub fn main() -> ExitCode {
-    let cli = cli::Cli::parse();
+    let cli = cli::read();
     // A child of the launcher is started as `/proc/self/exe`, and would be called `exe` in lists of processes. The name is for
     // humans only.
     let _ = nix::sys::prctl::set_name(c"kittiwake");
@@ -66,6 +65,9 @@ pub fn main() -> ExitCode {
     let outcome = match cli.command {
         None => up::up(&cli.up),
         Some(cli::Command::Up(args)) => up::up(&args),
+        Some(cli::Command::Demo(args)) => up::up(&args.up()),
+        Some(cli::Command::Doctor(args)) => setup::doctor::doctor(&args),
+        Some(cli::Command::Config(args)) => configuration::config(&args),
         Some(cli::Command::Check(args)) => setup::check::check(&args),
         Some(cli::Command::Px4Check(args)) => setup::px4_check::px4_check(&args),
         Some(cli::Command::AutopilotCheck(args)) => setup::autopilot_check::autopilot_check(&args),
@@ -73,13 +75,8 @@ pub fn main() -> ExitCode {
         Some(cli::Command::Simulate(args)) => simulate::simulate(&args),
         Some(cli::Command::Replay(args)) => simulate::replay::replay(&args),
         Some(cli::Command::Skill(args)) => skill::skill(&args),
-        Some(cli::Command::Router(args)) => run::router::router(&args),
         Some(cli::Command::Certs(args)) => setup::certs::certs(&args),
-        Some(cli::Command::Service(command)) => {
-            let (service, args) = command.split();
-            run::process::run_service(service, &args)
-        }
-        Some(cli::Command::Onboard(args)) => run::process::run_onboard(&args),
+        Some(cli::Command::Run(args)) => run::run(args.process),
         Some(cli::Command::Inject(args)) => inject::inject(&args),
         Some(cli::Command::Status(args)) => status::status(&args),
         Some(cli::Command::Access(args)) => setup::operator_token::access(&args),

@@ -13,6 +13,8 @@ pub enum Outcome {
     NotFlyable,
     /// A simulated flight broke a rule, or a process one of the exchange of its skill.
     Breached,
+    /// What was compared is not the same.
+    Differs,
     /// A file or an argument is wrong; nothing was started.
     BadInput,
     /// The system refused the order.
@@ -35,7 +37,7 @@ impl From<Outcome> for u8 {
     fn from(it: Outcome) -> u8 {
         match it {
             Outcome::Success => 0,
-            Outcome::Unavailable | Outcome::NotFlyable | Outcome::Breached => 1,
+            Outcome::Unavailable | Outcome::NotFlyable | Outcome::Breached | Outcome::Differs => 1,
             Outcome::BadInput => 2,
             Outcome::ObjectivesFailed | Outcome::Refused => 3,
             Outcome::Emergency => 4,

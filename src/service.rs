@@ -72,14 +72,42 @@ impl Service {
             | Service::Mcm => Scope::Vehicle(vehicle.to_owned()),
         }
     }
-
-    /// Whether it has a state in the folder of `--state`. The planner has none: a question carries the mission as far as it has come.
-    pub fn keeps_state(self) -> bool {
-        matches!(self, Service::Mcm | Service::ControlTower)
-    }
 }
 
+/// The options that every process reads: it checks all files, so that one with a mistake is reported by each.
+const READ_BY_ALL: [&str; 6] = ["--config", "--mission", "--speed", "--vehicle", "--has-run", "--simulated"];
+
 impl Service {
+    /// Those that run on board.
+    pub fn on_board() -> Vec<Service> {
+        Service::ALL.into_iter().filter(|it| matches!(it.scope(""), Scope::Vehicle(_))).collect()
+    }
+
+    /// Whether it reads this option of [`crate::settings::Settings`].
+    pub fn reads(self, option: &str) -> bool {
+        READ_BY_ALL.contains(&option) || self.own_options().contains(&option)
+    }
+
+    fn own_options(self) -> &'static [&'static str] {
+        match self {
+            Service::VehicleSim => &["--seed"],
+            Service::Px4Bridge => &["--px4-endpoint"],
+            Service::MavlinkBridge => &["--connect-autopilot", "--ground", "--signing-key"],
+            Service::SkillManager | Service::Monitor => &[],
+            Service::Planner => &["--record-inputs"],
+            Service::Mcm => &["--state", "--tower-key", "--record-inputs"],
+            Service::ControlTower => &["--permissions", "--seed", "--state", "--tower-secret"],
+            Service::Gateway => &[
+                "--http",
+                "--access",
+                "--recordings",
+                "--tls-certificate",
+                "--tls-key",
+                "--plain-http-beyond-loopback",
+            ],
+        }
+    }
+
     /// The services it has direct links to: those on the way of an event, a request or a command to a single receiver,
     /// where a hop through the router shows in the felt latencies of `kittiwake kpi`. `None` for a service without
     /// direct links.
@@ -116,7 +144,7 @@ impl fmt::Display for Service {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::{Cli, Command};
+    use crate::cli::{Cli, Command, ProcessCommand, RunArgs};
     use clap::Parser;
 
     #[test]
@@ -130,10 +158,12 @@ mod tests {
     }
 
     #[test]
-    fn every_service_is_a_subcommand_of_its_name() {
+    fn every_service_is_run_by_its_name() {
         for service in Service::ALL {
-            let cli = Cli::parse_from(["kittiwake", service.name(), "--connect", "tcp/127.0.0.1:1"]);
-            let Some(Command::Service(command)) = cli.command else { panic!("{service} is not a service command") };
+            let cli = Cli::parse_from(["kittiwake", "run", service.name(), "--connect", "tcp/127.0.0.1:1"]);
+            let Some(Command::Run(RunArgs { process: ProcessCommand::Service(command) })) = cli.command else {
+                panic!("{service} is not a service command")
+            };
             assert_eq!(command.split().0, service);
         }
     }

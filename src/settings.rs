@@ -1,5 +1,4 @@
-//! What can be set for one run on top of the configuration file. The launcher hands the same
-//! arguments on to its children.
+//! What can be set for one run on top of the configuration file. The launcher hands on to each child what that reads.
 
 use std::ffi::OsString;
 use std::net::SocketAddr;
@@ -9,6 +8,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use control_tower::policy::Policy;
 
 use crate::config::{Speed, VehicleName};
+use crate::service::Service;
 
 /// Where configurations are looked for: that of the folder that the program is started in comes first, as in the repository, then
 /// that of an installed system, where docs/deployment.md puts it.
@@ -59,7 +59,7 @@ pub struct Settings {
     /// The folder of the persisted state: the mission's progress, what was ordered, whether the mission is over, and what
     /// the control tower has decided, for processes that are started again. Without it `up` makes a folder for this run, in memory
     /// (with `nohup` among the temporary files: memory is cleared when its user logs out),
-    /// and a mission manager and a control tower start without a state. Other processes keep none, and refuse it
+    /// and a mission manager and a control tower start without a state
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
     /// The process has run before, in this run of `up`: a state that is not in its folder was lost
@@ -137,40 +137,42 @@ impl Settings {
         }
     }
 
-    /// The arguments that make the same settings in another process.
-    pub fn to_args(&self) -> Vec<OsString> {
-        let mut args: Vec<OsString> = vec!["--config".into(), self.config.clone().into()];
-        let mut add = |flag: &str, value: Option<OsString>| {
-            args.extend(value.into_iter().flat_map(|value| [OsString::from(flag), value]));
-        };
-        add("--mission", self.mission.clone().map(Into::into));
-        add("--speed", self.speed.map(|it| it.to_string().into()));
-        add("--permissions", self.permissions.map(|it| it.to_string().into()));
-        add("--seed", self.seed.map(|it| it.to_string().into()));
-        add("--http", self.http.map(|it| it.to_string().into()));
-        add("--access", self.access.clone().map(Into::into));
-        add("--recordings", self.recordings.clone().map(Into::into));
-        add("--record-inputs", self.record_inputs.clone().map(Into::into));
-        add("--state", self.state.clone().map(Into::into));
-        add("--tower-key", self.tower_key.clone().map(Into::into));
-        add("--tower-secret", self.tower_secret.clone().map(Into::into));
-        add("--tls-certificate", self.tls_certificate.clone().map(Into::into));
-        add("--tls-key", self.tls_key.clone().map(Into::into));
-        add("--vehicle", self.vehicle.as_ref().map(|it| it.to_string().into()));
-        add("--px4-endpoint", self.px4_endpoint.as_ref().map(|it| it.to_string().into()));
-        add("--connect-autopilot", self.connect_autopilot.as_ref().map(|it| it.to_string().into()));
-        add("--ground", self.ground.as_ref().map(|it| it.to_string().into()));
-        add("--signing-key", self.signing_key.clone().map(Into::into));
-        if self.has_run {
-            args.push("--has-run".into());
-        }
-        if self.simulated {
-            args.push("--simulated".into());
-        }
-        if self.plain_http_beyond_loopback {
-            args.push("--plain-http-beyond-loopback".into());
-        }
-        args
+    /// The options that are given, each with its value if it has one.
+    pub fn given(&self) -> Vec<(&'static str, Option<OsString>)> {
+        let with_value: [(&str, Option<OsString>); 19] = [
+            ("--config", Some(self.config.clone().into())),
+            ("--mission", self.mission.clone().map(Into::into)),
+            ("--speed", self.speed.map(|it| it.to_string().into())),
+            ("--permissions", self.permissions.map(|it| it.to_string().into())),
+            ("--seed", self.seed.map(|it| it.to_string().into())),
+            ("--http", self.http.map(|it| it.to_string().into())),
+            ("--access", self.access.clone().map(Into::into)),
+            ("--recordings", self.recordings.clone().map(Into::into)),
+            ("--record-inputs", self.record_inputs.clone().map(Into::into)),
+            ("--state", self.state.clone().map(Into::into)),
+            ("--tower-key", self.tower_key.clone().map(Into::into)),
+            ("--tower-secret", self.tower_secret.clone().map(Into::into)),
+            ("--tls-certificate", self.tls_certificate.clone().map(Into::into)),
+            ("--tls-key", self.tls_key.clone().map(Into::into)),
+            ("--vehicle", self.vehicle.as_ref().map(|it| it.to_string().into())),
+            ("--px4-endpoint", self.px4_endpoint.as_ref().map(|it| it.to_string().into())),
+            ("--connect-autopilot", self.connect_autopilot.as_ref().map(|it| it.to_string().into())),
+            ("--ground", self.ground.as_ref().map(|it| it.to_string().into())),
+            ("--signing-key", self.signing_key.clone().map(Into::into)),
+        ];
+        let switches = [
+            ("--has-run", self.has_run),
+            ("--simulated", self.simulated),
+            ("--plain-http-beyond-loopback", self.plain_http_beyond_loopback),
+        ];
+        let with_value = with_value.into_iter().filter(|(_, value)| value.is_some());
+        with_value.chain(switches.into_iter().filter(|(_, is_on)| *is_on).map(|(name, _)| (name, None))).collect()
+    }
+
+    /// The arguments that make the same settings in a process of these services; options that it does not read are left out.
+    pub fn to_args(&self, services: &[Service]) -> Vec<OsString> {
+        let read = self.given().into_iter().filter(|(name, _)| services.iter().any(|it| it.reads(name)));
+        read.flat_map(|(name, value)| std::iter::once(name.into()).chain(value)).collect()
     }
 }
 
@@ -240,6 +242,9 @@ mod tests {
             "--plain-http-beyond-loopback",
         ];
         let cli = Cli::parse_from(["kittiwake"].iter().chain(&given));
-        assert_eq!(cli.settings.to_args(), given);
+        assert_eq!(cli.settings.to_args(&Service::ALL), given);
+        let planner = cli.settings.to_args(&[Service::Planner]);
+        let expected = ["--config", "a b.toml", "--mission", "m.toml", "--speed", "2.5", "--record-inputs", "inputs"];
+        assert_eq!(planner, [&expected[..], &["--vehicle", "uav2", "--has-run", "--simulated"]].concat());
     }
 }

@@ -6,7 +6,7 @@ use bus::crossing::{Crossing, aircraft_name};
 use clap::Parser;
 use domain::file::Source;
 
-use crate::cli::{Cli, Command, HealthArgs, ProcessArgs, RouterArgs};
+use crate::cli::{Cli, Command, HealthArgs, ProcessArgs, ProcessCommand, RouterArgs, RunArgs};
 use crate::composition::{Composition, ONBOARD};
 use crate::config::Config;
 use crate::service::Service;
@@ -84,15 +84,17 @@ fn of_command(words: &[String]) -> Result<Subject, String> {
     let line = words.join(" ");
     let parsed = Cli::try_parse_from(std::iter::once("kittiwake").chain(words.iter().map(String::as_str)));
     match parsed.map_err(|mistake| format!("`kittiwake {line}` is not a process: {mistake}"))?.command {
-        Some(Command::Router(args)) => {
+        Some(Command::Run(RunArgs { process: ProcessCommand::Router(args) })) => {
             let connect = args.listen.iter().map(|it| reachable(it)).collect();
             Ok(Subject { part: Part::Router, connect, vehicle: String::new(), peers: peers(&args)? })
         }
-        Some(Command::Service(command)) => {
+        Some(Command::Run(RunArgs { process: ProcessCommand::Service(command) })) => {
             let (service, args) = command.split();
             of_process(Part::Service(service), args)
         }
-        Some(Command::Onboard(args)) => of_process(Part::Onboard(args.nodes), args.process),
+        Some(Command::Run(RunArgs { process: ProcessCommand::Onboard(args) })) => {
+            of_process(Part::Onboard(args.nodes), args.process)
+        }
         _ => Err(format!("`kittiwake {line}` is not a process of the system, expected the router or a service")),
     }
 }
@@ -146,14 +148,17 @@ mod tests {
     #[test]
     fn a_process_is_looked_for_where_its_arguments_say() {
         let here = &crate::run::run_file::router_locator();
-        check("kittiwake mcm --vehicle uav7", Ok(("mcm", here, "uav7")));
-        check("/usr/local/bin/kittiwake planner --vehicle uav1 --connect tcp/r:1", Ok(("planner", "tcp/r:1", "uav1")));
-        check("/sbin/docker-init -- kittiwake gateway --vehicle uav1 --speed 20", Ok(("gateway", here, "uav1")));
-        check("kittiwake mcm", Ok(("mcm", here, "uav1")));
-        check("kittiwake onboard --nodes mcm,planner --vehicle uav7", Ok(("onboard", here, "uav7")));
-        check("kittiwake router", Ok(("router", here, "")));
-        check("kittiwake router --listen tcp/0.0.0.0:7447", Ok(("router", "tcp/127.0.0.1:7447", "")));
-        check("kittiwake router --listen tcp/[::]:1", Ok(("router", "tcp/[::1]:1", "")));
+        check("kittiwake run mcm --vehicle uav7", Ok(("mcm", here, "uav7")));
+        check(
+            "/usr/local/bin/kittiwake run planner --vehicle uav1 --connect tcp/r:1",
+            Ok(("planner", "tcp/r:1", "uav1")),
+        );
+        check("/sbin/docker-init -- kittiwake run gateway --vehicle uav1 --speed 20", Ok(("gateway", here, "uav1")));
+        check("kittiwake run mcm", Ok(("mcm", here, "uav1")));
+        check("kittiwake run onboard --nodes mcm,planner --vehicle uav7", Ok(("onboard", here, "uav7")));
+        check("kittiwake run router", Ok(("router", here, "")));
+        check("kittiwake run router --listen tcp/0.0.0.0:7447", Ok(("router", "tcp/127.0.0.1:7447", "")));
+        check("kittiwake run router --listen tcp/[::]:1", Ok(("router", "tcp/[::1]:1", "")));
     }
 
     #[test]
@@ -163,9 +168,9 @@ mod tests {
             let words: Vec<String> = line.split(' ').map(str::to_owned).collect();
             assert_eq!(of_command(&words).unwrap().peers, expected, "{line}");
         }
-        check("router", &[]);
-        check("router --dial tls/g:1 --certificates c --vehicle uav1", &["ground-router"]);
-        let accept = "router --accept tls/0.0.0.0:1 --certificates c --vehicle uav1 --vehicle uav2";
+        check("run router", &[]);
+        check("run router --dial tls/g:1 --certificates c --vehicle uav1", &["ground-router"]);
+        let accept = "run router --accept tls/0.0.0.0:1 --certificates c --vehicle uav1 --vehicle uav2";
         check(accept, &["uav1-router", "uav2-router"]);
     }
 
@@ -174,6 +179,6 @@ mod tests {
         check("bash -c true", Err("not the program"));
         check("kittiwake status", Err("expected the router or a service"));
         check("kittiwake fly", Err("unrecognized subcommand"));
-        check("kittiwake mcm --config nowhere.toml", Err("nowhere.toml: cannot be read"));
+        check("kittiwake run mcm --config nowhere.toml", Err("nowhere.toml: cannot be read"));
     }
 }

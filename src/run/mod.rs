@@ -1,6 +1,9 @@
 //! What a process of the system is made of while it runs: its service on the bus or its router, what ends it, what watches
 //! it, and what it leaves behind.
 
+use crate::cli::ProcessCommand;
+use crate::outcome::Outcome;
+
 pub mod end;
 pub mod first_start;
 pub mod inputs;
@@ -15,3 +18,15 @@ pub mod state_folder;
 pub mod tower_key;
 pub mod watchdog;
 pub mod writer;
+
+/// Runs a process until it is over or is asked to end.
+pub(crate) fn run(process: ProcessCommand) -> Outcome {
+    match process {
+        ProcessCommand::Router(args) => router::router(&args),
+        ProcessCommand::Service(command) => {
+            let (service, args) = command.split();
+            process::run_service(service, &args)
+        }
+        ProcessCommand::Onboard(args) => process::run_onboard(&args),
+    }
+}

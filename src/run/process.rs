@@ -77,9 +77,13 @@ pub fn run_onboard(args: &OnboardArgs) -> Outcome {
 /// Runs `services`, which stand in one scope, as the process `name`.
 fn run_process(name: &'static str, services: &[Service], args: &ProcessArgs) -> Outcome {
     output::in_background();
-    if args.settings.state.is_some() && !services.iter().any(|it| it.keeps_state()) {
+    if let Some((option, _)) =
+        args.settings.given().into_iter().find(|(it, _)| !services.iter().any(|service| service.reads(it)))
+    {
+        let readers: Vec<_> = Service::ALL.into_iter().filter(|it| it.reads(option)).map(Service::name).collect();
         output::error_line(format_args!(
-            "{name}: found `--state`, and it keeps no state: mcm and control-tower do\n  help: leave the option out"
+            "{name}: found `{option}`, which is for {} only\n  help: leave the option out",
+            readers.join(" and ")
         ));
         return Outcome::BadInput;
     }
@@ -325,7 +329,7 @@ fn report(name: &str, result: Result<(), Failure>) -> Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::{Cli, Command};
+    use crate::cli::{Cli, Command, ProcessCommand, RunArgs};
     use clap::Parser;
 
     #[test]
@@ -335,8 +339,10 @@ mod tests {
             let file = tempfile::NamedTempFile::new().unwrap();
             let no_folder = file.path().to_str().unwrap();
             for name in RECORDED {
-                let cli = Cli::parse_from([&["kittiwake", name, "--record-inputs", no_folder], more].concat());
-                let Some(Command::Service(service)) = cli.command else { panic!("{cli:?}") };
+                let cli = Cli::parse_from([&["kittiwake", "run", name, "--record-inputs", no_folder], more].concat());
+                let Some(Command::Run(RunArgs { process: ProcessCommand::Service(service) })) = cli.command else {
+                    panic!("{cli:?}")
+                };
                 let (service, args) = service.split();
                 let inputs = check_inputs::read(&args.settings).unwrap();
                 assert_eq!(build(service, &args, &inputs).is_ok(), starts, "{name} {more:?}");

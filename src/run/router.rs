@@ -1,4 +1,4 @@
-//! `kittiwake router`: the router that every process of a side connects to, with one end of the link.
+//! `kittiwake run router`: the router that every process of a side connects to, with one end of the link.
 
 use bus::crossing::Crossing;
 use bus::link_credentials;

@@ -1,7 +1,7 @@
 //! The arguments of `kittiwake simulate`.
 
 use std::num::{NonZeroU32, NonZeroUsize};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -19,8 +19,8 @@ const LATEST_S: f64 = 86_400.0;
     after_help = "Exit codes:\n    0  no breach\n    1  a run has a breach\n    2  an argument or a file has a mistake; nothing was flown"
 )]
 pub struct SimulateArgs {
-    /// The folder of the configuration file, `kittiwake.toml`
-    #[arg(long, value_name = "DIR", default_value_os_t = default_folder())]
+    /// The configuration file
+    #[arg(long, value_name = "FILE", default_value_os_t = default_config())]
     pub config: PathBuf,
     /// The mission to fly, instead of the configured one
     #[arg(long, value_name = "FILE")]
@@ -72,13 +72,6 @@ pub struct ReplayArgs {
     pub file: PathBuf,
 }
 
-/// That of the configuration file that other commands read without `--config`.
-fn default_folder() -> PathBuf {
-    let mut folder = default_config();
-    folder.pop();
-    folder
-}
-
 impl SimulateArgs {
     /// What is given by hand, with the time after the start.
     pub fn troubles(&self) -> Vec<(Duration, Trouble)> {
@@ -90,7 +83,7 @@ impl SimulateArgs {
     /// The command that flies the run of a seed again.
     pub fn again(&self, seed: u64) -> String {
         let mut words = vec![format!("kittiwake simulate --seed {seed}")];
-        if self.config != Path::new("config") {
+        if self.config != default_config() {
             words.push(format!("--config {}", self.config.display()));
         }
         words.extend(self.mission.iter().map(|it| format!("--mission {}", it.display())));

@@ -58,7 +58,7 @@ impl Flights {
         fly_recorded(&self.script(self.args.seed), self.config())
     }
 
-    /// The folder of the configuration.
+    /// The configuration file.
     pub fn config(&self) -> &Path {
         &self.args.config
     }

@@ -22,12 +22,7 @@ use flights::Flights;
 
 /// Flies what the arguments say, and prints what there is against it.
 pub fn simulate(args: &SimulateArgs) -> Outcome {
-    if !args.config.is_dir() {
-        let folder = args.config.display();
-        output::error_line(format_args!("--config: `{folder}` is not a folder, expected the one of `kittiwake.toml`"));
-        return Outcome::BadInput;
-    }
-    let settings = Settings { mission: args.mission.clone(), ..Settings::of_file(&args.config.join("kittiwake.toml")) };
+    let settings = Settings { mission: args.mission.clone(), ..Settings::of_file(&args.config) };
     let inputs = match check_inputs::read_or_tell(&settings) {
         Ok(inputs) => inputs,
         Err(outcome) => return outcome,

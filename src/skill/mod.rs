@@ -43,7 +43,7 @@ pub enum SkillCommand {
 /// For `kittiwake skill test`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Start a router first: kittiwake router. Then the process with the locator it prints, or let it be started here:\n  \
+    after_help = "Start a router first: kittiwake run router. Then the process with the locator it prints, or let it be started here:\n  \
                   kittiwake skill test winch_down --connect LOCATOR -- python3 winch.py --connect LOCATOR\n\
                         Exit code 0 if it passes everything, 1 if not"
 )]

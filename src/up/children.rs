@@ -14,7 +14,6 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::Sender;
 
 use crate::run::run_file::{ROUTER_SOCKET, RunFolder};
-use crate::service::Service;
 use crate::settings::Settings;
 use crate::up::Happening;
 use crate::up::supervise::{Child, Ending};
@@ -72,7 +71,7 @@ impl Children {
 
     /// Starts a child. `locator` is the router's, once it is known.
     pub fn start(&mut self, child: Child, locator: Option<&str>) -> io::Result<()> {
-        let mut args: Vec<OsString> = vec![child.name().into(), "--exit-with-parent".into()];
+        let mut args: Vec<OsString> = vec!["run".into(), child.name().into(), "--exit-with-parent".into()];
         match child {
             Child::Router => args.extend(["--listen".into(), locator.unwrap_or(&self.listen).into()]),
             Child::Service(_) | Child::Onboard(_) => {
@@ -80,8 +79,7 @@ impl Children {
                     args.extend(["--nodes".into(), composition.to_string().into()]);
                 }
                 let has_run = self.have_run.contains(&child);
-                let state = self.settings.state.clone().filter(|_| child.runs(Service::keeps_state));
-                args.extend(Settings { has_run, state, ..self.settings.clone() }.to_args());
+                args.extend(Settings { has_run, ..self.settings.clone() }.to_args(&child.services()));
                 args.extend(["--direct".into(), self.sockets.0.clone().into()]);
                 args.extend(locator.into_iter().flat_map(|it| ["--connect".into(), it.into()]));
             }

@@ -35,12 +35,12 @@ impl Child {
         }
     }
 
-    /// Whether it is, or has, a service of which this holds.
-    pub fn runs(self, what: impl Fn(Service) -> bool) -> bool {
+    /// The services that it runs.
+    pub fn services(self) -> Vec<Service> {
         match self {
-            Child::Router => false,
-            Child::Service(service) => what(service),
-            Child::Onboard(composition) => composition.services().into_iter().any(what),
+            Child::Router => Vec::new(),
+            Child::Service(service) => vec![service],
+            Child::Onboard(composition) => composition.services(),
         }
     }
 
@@ -219,7 +219,7 @@ impl Supervisor {
 
     /// The child that is the service of this name, or has it.
     pub fn child(&self, service: &str) -> Option<Child> {
-        self.states.keys().copied().find(|child| child.runs(|it| it.name() == service))
+        self.states.keys().copied().find(|child| child.services().iter().any(|it| it.name() == service))
     }
 
     /// A service appeared on the bus. One of several in a process speaks for all: they appear together, once all are ready.

@@ -193,7 +193,7 @@ fn mistakes_in_several_files_are_reported_at_once() {
         "actions = [\"leave_area\", \"land\"]",
         "actions = [\"lnad\"]",
     );
-    let output = kittiwake(&["mcm", "--config", &files.config().to_string_lossy()]);
+    let output = kittiwake(&["run", "mcm", "--config", &files.config().to_string_lossy()]);
     let told = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{told}");
     assert!(told.contains("inside the ground") && told.contains("`lnad`"), "{told}");

@@ -171,19 +171,22 @@ fn what_cannot_be_composed_is_refused_in_one_sentence() {
         assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
         assert!(said.contains(words) && !said.contains("panicked"), "{args:?}: {said}");
     }
-    check(&["onboard", "--nodes", "mcm,planner,mcm"], "mcm is named twice: a vehicle has one");
-    check(&["onboard", "--nodes", "mcm,pilot"], "found node `pilot`, expected some of vehicle-sim");
-    check(&["onboard", "--nodes", "mcm,gateway"], "gateway is on the ground and has a process of its own");
-    check(&["onboard", "--nodes", "mcm,control-tower"], "control-tower is on the ground");
-    check(&["onboard", "--nodes", "vehicle-sim,px4-bridge"], "vehicle-sim and px4-bridge would both fly the vehicle");
+    check(&["run", "onboard", "--nodes", "mcm,planner,mcm"], "mcm is named twice: a vehicle has one");
+    check(&["run", "onboard", "--nodes", "mcm,pilot"], "found node `pilot`, expected some of vehicle-sim");
+    check(&["run", "onboard", "--nodes", "mcm,gateway"], "gateway is on the ground and has a process of its own");
+    check(&["run", "onboard", "--nodes", "mcm,control-tower"], "control-tower is on the ground");
     check(
-        &["onboard", "--nodes", "mcm", "--vehicle", "uav1", "--vehicle", "uav2"],
+        &["run", "onboard", "--nodes", "vehicle-sim,px4-bridge"],
+        "vehicle-sim and px4-bridge would both fly the vehicle",
+    );
+    check(
+        &["run", "onboard", "--nodes", "mcm", "--vehicle", "uav1", "--vehicle", "uav2"],
         "'--vehicle <NAME>' cannot be used",
     );
-    check(&["onboard"], "--nodes <NODES>");
-    let keeps_none = "found `--state`, and it keeps no state: mcm and control-tower do";
-    check(&["planner", "--state", "anywhere"], &format!("planner: {keeps_none}"));
-    check(&["onboard", "--nodes", "planner,monitor", "--state", "anywhere"], &format!("onboard: {keeps_none}"));
+    check(&["run", "onboard"], "--nodes <NODES>");
+    let is_unread = "found `--state`, which is for mcm and control-tower only";
+    check(&["run", "planner", "--state", "anywhere"], &format!("planner: {is_unread}"));
+    check(&["run", "onboard", "--nodes", "planner,monitor", "--state", "anywhere"], &format!("onboard: {is_unread}"));
     check(&["up", "--onboard", "mcm,mcm"], "mcm is named twice: a vehicle has one");
     check(&["up", "--onboard", "mcm,px4-bridge"], "found px4-bridge among the nodes, but vehicle-sim flies here");
 }
@@ -198,7 +201,7 @@ fn a_node_that_runs_elsewhere_for_the_same_vehicle_is_not_hosted_a_second_time()
     let state = elsewhere.path().to_str().expect("a readable path");
     let process = system.process("onboard").id();
     let second = ["--config", config, "--connect", &locator];
-    for args in [&["onboard", "--nodes", "monitor,planner"][..], &["mcm", "--state", state][..]] {
+    for args in [&["run", "onboard", "--nodes", "monitor,planner"][..], &["run", "mcm", "--state", state][..]] {
         let mut command = std::process::Command::new(KITTIWAKE);
         command.args(args).args(second);
         let output = command.stdin(std::process::Stdio::null()).output().expect("the program starts");

@@ -352,7 +352,7 @@ fn a_second_manager_for_one_vehicle_ends_and_says_why() {
     let check = |state: &Path, words: &str| {
         let [config, state] = [&config, state].map(|it| it.to_str().expect("a readable path"));
         let mut second = Command::new(KITTIWAKE);
-        second.args(["mcm", "--config", config, "--connect", &locator, "--state", state]);
+        second.args(["run", "mcm", "--config", config, "--connect", &locator, "--state", state]);
         let mut second = second.stdin(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
         wait_for("the second manager to end", || second.try_wait().expect("it is a child"));
         let output = second.wait_with_output().expect("it has ended");

@@ -225,7 +225,7 @@ fn over_tls_the_same_commands_find_the_system_and_trust_its_certificate() {
     run(&["up", "--tls-certificate", &certificate, "--tls-key", &wrong_key])
         .expect(2, "is not the key of the certificate");
     run(&["up", "--http", "0.0.0.0:0"]).expect(2, "would listen on 0.0.0.0:0 without TLS");
-    run(&["gateway", "--http", "0.0.0.0:0"]).expect(2, "would listen on 0.0.0.0:0 without TLS");
+    run(&["run", "gateway", "--http", "0.0.0.0:0"]).expect(2, "would listen on 0.0.0.0:0 without TLS");
 
     let system = System::up(&["--speed", "1", "--tls-certificate", &certificate, "--tls-key", &key], &[]);
     let link = system.link();

@@ -9,17 +9,10 @@ use crate::support::{KITTIWAKE, System, kittiwake};
 fn every_command_explains_itself() {
     let commands = [
         "up",
-        "router",
+        "demo",
+        "doctor",
         "certs",
-        "vehicle-sim",
-        "px4-bridge",
-        "mavlink-bridge",
-        "skill-manager",
-        "monitor",
-        "planner",
-        "mcm",
-        "control-tower",
-        "gateway",
+        "run",
         "px4-check",
         "autopilot-check",
         "simulate",
@@ -79,7 +72,7 @@ fn with_two_systems_the_commands_ask_which_one() {
 #[test]
 fn an_injection_without_a_system_is_unavailable() {
     let mut router = Command::new(KITTIWAKE)
-        .args(["router", "--listen", "tcp/127.0.0.1:0", "--exit-with-parent"])
+        .args(["run", "router", "--listen", "tcp/127.0.0.1:0", "--exit-with-parent"])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()

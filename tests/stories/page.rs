@@ -166,9 +166,9 @@ fn a_page_knows_after_a_restart_of_the_gateway_what_was_flown_before() {
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn an_alarm_is_shelved_and_comes_back() {
-    let (system, browser) = watch(&[]);
+    let (_system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
-    assert!(system.inject(&["fault", "battery", "0.2"]).status.success());
+    browser.click("[data-trouble=battery]");
     browser.wait_for("#response", "battery low. Home, down in 0:");
     browser.wait_for("#response", "The mission ends with it.");
     browser.wait_for("#alarm .alarm", "uav1 warning: battery low");

@@ -18,7 +18,7 @@ impl Vehicle {
     fn start(name: &str, system: &System) -> Vehicle {
         let start = |service: &str| {
             Command::new(KITTIWAKE)
-                .args([service, "--vehicle", name, "--connect", &system.locator(), "--exit-with-parent"])
+                .args(["run", service, "--vehicle", name, "--connect", &system.locator(), "--exit-with-parent"])
                 .stdin(Stdio::piped())
                 .stdout(Stdio::null())
                 .stderr(Stdio::null())

@@ -13,7 +13,7 @@ fn replay(file: &std::path::Path) -> (Option<i32>, String) {
 #[test]
 fn a_recorded_seed_is_replayed_and_half_a_recording_is_told() {
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
-    let (file, config) = (folder.path().join("flight.inputs"), shipped());
+    let (file, config) = (folder.path().join("flight.inputs"), shipped().join("kittiwake.toml"));
     let (told, config) = (file.to_string_lossy(), config.to_string_lossy());
     let flown = kittiwake(&["simulate", "--config", &config, "--flag", "obstacle@20", "--record", &told]);
     assert_eq!(flown.status.code(), Some(0), "{}", String::from_utf8_lossy(&flown.stderr));

@@ -8,7 +8,7 @@ use crate::support::{kittiwake, shipped};
 
 /// What `kittiwake simulate` prints about the shipped configuration, and its exit code.
 fn simulate(args: &[&str]) -> (Option<i32>, String, String) {
-    let config = shipped();
+    let config = shipped().join("kittiwake.toml");
     let output = kittiwake(&[&["simulate", "--config", &config.to_string_lossy()], args].concat());
     let text = |bytes| String::from_utf8(bytes).expect("it prints UTF-8");
     (output.status.code(), text(output.stdout), text(output.stderr))
@@ -95,18 +95,14 @@ fn bad_input_is_told_and_nothing_is_flown() {
         assert!(output.stdout.is_empty(), "{args:?}: nothing is flown");
         assert!(told.contains(said), "{args:?} does not say `{said}`:\n{told}");
     }
-    let config = shipped();
+    let config = shipped().join("kittiwake.toml");
     let config = config.to_string_lossy();
-    let file = format!("{config}/kittiwake.toml");
-    check(&["--config", "nowhere"], "--config: `nowhere` is not a folder");
-    check(&["--config", &file], "is not a folder, expected the one of `kittiwake.toml`");
+    check(&["--config", "nowhere.toml"], "nowhere.toml: cannot be read");
     check(&["--config", &config, "--mission", "nowhere.toml"], "nowhere.toml: cannot be read");
     check(&["--config", &config, "--flag", "obstcle@40"], "unknown flag `obstcle`: did you mean `obstacle`?");
     check(&["--fault", "batery@60:0.2"], "there is no fault `batery`; did you mean `battery`?");
     check(&["--fault", "battery@-60:0.2"], "found time `-60`, expected seconds after the start");
     check(&["--runs", "0"], "--runs");
     let broken = Files::shipped().with("missions/reference.toml", "height_m = 0.0", "height_m = -120.0");
-    let folder = broken.config();
-    let folder = folder.parent().expect("it lies in a folder").to_string_lossy();
-    check(&["--config", &folder, "--chaos"], "`deliver` is inside the ground");
+    check(&["--config", &broken.config().to_string_lossy(), "--chaos"], "`deliver` is inside the ground");
 }

@@ -38,7 +38,7 @@ fn tcp_is_there_for_who_asks_for_it() {
 fn a_socket_that_is_not_to_be_used_is_refused_in_one_sentence() {
     #[track_caller]
     fn refused(path: &Path, said: &str) {
-        let output = kittiwake(&["router", "--listen", &format!("unixsock-stream/{}", path.display())]);
+        let output = kittiwake(&["run", "router", "--listen", &format!("unixsock-stream/{}", path.display())]);
         let told = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(5), "{told}");
         assert!(told.contains(said) && told.lines().count() == 1, "expected `{said}`, found:\n{told}");

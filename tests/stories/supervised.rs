@@ -72,7 +72,7 @@ impl Drop for Supervised {
 
 /// A router, and where it listens.
 fn router() -> (Supervised, String) {
-    let mut router = Supervised::start(&["router", "--listen", "tcp/127.0.0.1:0"]);
+    let mut router = Supervised::start(&["run", "router", "--listen", "tcp/127.0.0.1:0"]);
     let mut locator = String::new();
     let stdout = router.process.stdout.take().expect("it is a pipe");
     BufReader::new(stdout).read_line(&mut locator).expect("the router says where it listens");
@@ -84,8 +84,8 @@ fn each_process_says_that_it_is_ready_and_then_that_its_loop_turns() {
     let (router, locator) = router();
     let config = shipped().join("kittiwake.toml").to_string_lossy().into_owned();
     let usual = ["--config", &config, "--connect", &locator];
-    let planner = Supervised::start(&[&["planner"], &usual[..]].concat());
-    let gateway = Supervised::start(&[&["gateway"], &usual[..]].concat());
+    let planner = Supervised::start(&[&["run", "planner"], &usual[..]].concat());
+    let gateway = Supervised::start(&[&["run", "gateway"], &usual[..]].concat());
     for process in [&router, &planner, &gateway] {
         assert_eq!(process.sign(), "READY=1");
         for _ in 0..3 {
@@ -105,7 +105,7 @@ fn each_process_says_that_it_is_ready_and_then_that_its_loop_turns() {
 fn a_supervisor_that_reads_nothing_stops_nobody() {
     let (_router, locator) = router();
     let config = shipped().join("kittiwake.toml").to_string_lossy().into_owned();
-    let _planner = Supervised::start(&["planner", "--config", &config, "--connect", &locator]);
+    let _planner = Supervised::start(&["run", "planner", "--config", &config, "--connect", &locator]);
     // Linux queues this many unread notifications; the planner sends two a second.
     let kept = std::fs::read_to_string("/proc/sys/net/unix/max_dgram_qlen").expect("Linux says how many it keeps");
     let kept: f64 = kept.trim().parse().expect("a number");
@@ -122,7 +122,8 @@ fn a_supervisor_that_reads_nothing_stops_nobody() {
 fn of_two_managers_of_one_vehicle_the_older_one_ends_also_after_it_was_stopped() {
     let (_router, locator) = router();
     let config = shipped().join("kittiwake.toml").to_string_lossy().into_owned();
-    let manager = || Supervised::start(&["mcm", "--vehicle", "uav1", "--config", &config, "--connect", &locator]);
+    let manager =
+        || Supervised::start(&["run", "mcm", "--vehicle", "uav1", "--config", &config, "--connect", &locator]);
     let mut first = manager();
     assert!(first.gets_ready());
     first.signal(Signal::SIGSTOP);

@@ -49,13 +49,13 @@ impl System {
         found.unwrap_or_else(|| panic!("no {service} runs")).1
     }
 
-    /// All children of the launcher by their subcommand.
+    /// All children of the launcher by the names for `kittiwake run`.
     pub fn children(&self) -> Vec<(String, Process)> {
         let of = format!("/proc/{0}/task/{0}/children", self.pid());
         let ids = std::fs::read_to_string(of).unwrap_or_default();
         let child = |id: &str| {
             let command = std::fs::read(format!("/proc/{id}/cmdline")).ok()?;
-            let name = command.split(|it| *it == 0).nth(1)?;
+            let name = command.split(|it| *it == 0).nth(2)?;
             Some((String::from_utf8_lossy(name).into_owned(), Process(Pid::from_raw(id.parse().ok()?))))
         };
         ids.split_whitespace().filter_map(child).collect()

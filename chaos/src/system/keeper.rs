@@ -260,25 +260,29 @@ fn router(setup: &Setup, side: Side, way: [&str; 2]) -> Spec {
     let mut args: Vec<OsString> = ["--listen", &locator(setup, side), "--vehicle", VEHICLE].map(Into::into).into();
     args.extend(way.map(Into::into));
     args.extend(["--link".into(), table.into(), "--certificates".into(), credentials(setup).join(certificate).into()]);
-    Spec { name, subcommand: "router", side, args }
+    Spec { name, command: vec!["run", "router"], side, args }
 }
 
 fn unit_of(setup: &Setup, service: Service, http: &str) -> Spec {
     let side = if matches!(service.scope(VEHICLE), Scope::Fleet) { Side::Ground } else { Side::Aircraft };
     let (seed, permissions) = (setup.seed.to_string(), setup.permissions.name());
-    let words = ["--connect", &locator(setup, side), "--vehicle", VEHICLE, "--speed", &setup.speed, "--http", http];
-    let more = ["--seed", &seed, "--permissions", permissions];
-    let mut args: Vec<OsString> = words.into_iter().chain(more).map(Into::into).collect();
-    let paths: [(&str, PathBuf); 5] = [
-        ("--config", setup.config.clone()),
-        ("--recordings", setup.scratch.join("recordings")),
-        ("--access", setup.scratch.join("access")),
-        ("--tower-secret", credentials(setup).join("control-tower").join("control-tower.key")),
-        ("--tower-key", credentials(setup).join("for-vehicles").join("control-tower.pub")),
+    let given: [(&str, OsString); 11] = [
+        ("--vehicle", VEHICLE.into()),
+        ("--speed", setup.speed.clone().into()),
+        ("--http", http.into()),
+        ("--seed", seed.into()),
+        ("--permissions", permissions.into()),
+        ("--config", setup.config.clone().into()),
+        ("--recordings", setup.scratch.join("recordings").into()),
+        ("--access", setup.scratch.join("access").into()),
+        ("--tower-secret", credentials(setup).join("control-tower").join("control-tower.key").into()),
+        ("--tower-key", credentials(setup).join("for-vehicles").join("control-tower.pub").into()),
+        ("--state", setup.state().into()),
     ];
-    let state = service.keeps_state().then(|| ("--state", setup.state()));
-    args.extend(paths.into_iter().chain(state).flat_map(|(flag, path)| [flag.into(), path.into()]));
-    Spec { name: service.name(), subcommand: service.name(), side, args }
+    let read = given.into_iter().filter(|(option, _)| service.reads(option));
+    let connect = ("--connect", locator(setup, side).into());
+    let args = read.chain([connect]).flat_map(|(option, value)| [option.into(), value]).collect();
+    Spec { name: service.name(), command: vec!["run", service.name()], side, args }
 }
 
 fn reach(setup: &Setup, http: String) -> Reach {
@@ -314,7 +318,7 @@ mod tests {
         let mut all = All { setup, heard: sender, shared: Shared::default(), id: 1, kept: Vec::new() };
         let second = folder.0.join("second").display().to_string();
         let script = format!("test -e {second} && echo listens at 7 && exec sleep 60; touch {second}; exit 3");
-        let spec = Spec { name: "gateway", subcommand: "-c", side: Side::Ground, args: vec![script.into()] };
+        let spec = Spec { name: "gateway", command: vec!["-c"], side: Side::Ground, args: vec![script.into()] };
         let found = all.start_one(spec, |it| it.strip_prefix("listens at ").map(str::to_owned));
         assert_eq!(found.as_deref(), Ok("7"));
         let ended = |it: Heard| matches!(it, Heard::Line(1, line) if line.contains("gateway ended with exit code 3"));
@@ -328,7 +332,7 @@ mod tests {
         let mut all = All { setup, heard: sender, shared: Shared::default(), id: 1, kept: Vec::new() };
         for name in ["gateway", "mcm", "router"] {
             let args = vec!["exec sleep 60".into()];
-            drop(all.keep(Spec { name, subcommand: "-c", side: Side::Aircraft, args }).unwrap());
+            drop(all.keep(Spec { name, command: vec!["-c"], side: Side::Aircraft, args }).unwrap());
         }
         let before = all.shared.list();
         let until = Instant::now() + Duration::from_millis(500);

@@ -24,9 +24,10 @@ const LINES: usize = 64;
 /// How a process is started.
 #[derive(Debug)]
 pub(super) struct Spec {
-    /// How the campaign calls it, and its subcommand.
+    /// How the campaign calls it.
     pub(super) name: &'static str,
-    pub(super) subcommand: &'static str,
+    /// The command that runs it.
+    pub(super) command: Vec<&'static str>,
     pub(super) side: Side,
     pub(super) args: Vec<OsString>,
 }
@@ -131,7 +132,7 @@ impl SupervisedProcess {
 
     fn spawn(&self, setup: &Setup, heard: &SyncSender<Heard>, id: u32) -> io::Result<Child> {
         let mut command = Command::new(&setup.program);
-        command.arg(self.spec.subcommand).args(&self.spec.args).arg("--exit-with-parent");
+        command.args(&self.spec.command).args(&self.spec.args).arg("--exit-with-parent");
         command.env("NOTIFY_SOCKET", &self.socket).env("WATCHDOG_USEC", WATCHDOG.as_micros().to_string());
         if let Some(clocks) = &setup.clocks {
             clocks.give(self.spec.side, &mut command);
@@ -197,7 +198,7 @@ mod tests {
         let folder = kittiwake::run::run_file::RunFolder::create("kept-test").unwrap();
         let (setup, (sender, heard)) = (Setup::made_up("/bin/sh", &folder.0), sync_channel(100));
         let args = vec!["echo listens at 7; exit 3".into()];
-        let spec = Spec { name: "router", subcommand: "-c", side: Side::Aircraft, args };
+        let spec = Spec { name: "router", command: vec!["-c"], side: Side::Aircraft, args };
         let (mut kept, lines) = SupervisedProcess::new(spec, &setup).unwrap();
         assert_eq!(kept.tend(&setup, &sender, 1), None);
         assert_eq!(lines.recv_timeout(START_LIMIT).as_deref(), Ok("listens at 7"));

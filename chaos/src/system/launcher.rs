@@ -95,12 +95,12 @@ impl Found {
     }
 }
 
-/// The children of a launcher, by their subcommand.
+/// The children of a launcher, by the names for `kittiwake run`.
 pub(super) fn children(launcher: u32) -> Vec<(String, u32)> {
     let ids = std::fs::read_to_string(format!("/proc/{launcher}/task/{launcher}/children")).unwrap_or_default();
     let child = |id: &str| {
         let command = std::fs::read(format!("/proc/{id}/cmdline")).ok()?;
-        let name = command.split(|it| *it == 0).nth(1)?;
+        let name = command.split(|it| *it == 0).nth(2)?;
         Some((String::from_utf8_lossy(name).into_owned(), id.parse().ok()?))
     };
     ids.split_whitespace().filter_map(child).collect()

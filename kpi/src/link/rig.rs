@@ -35,7 +35,7 @@ impl Rig {
         let router = |side: &str, name: &str, way: [&str; 2]| {
             let inside = bus::sockets::locator_of(&root.join(format!("{side}.sock")));
             let mut command = Command::new(program);
-            command.args(["router", "--listen", &inside, "--vehicle", vehicle]).args(way);
+            command.args(["run", "router", "--listen", &inside, "--vehicle", vehicle]).args(way);
             command.arg("--link").arg(&table).arg("--certificates").arg(credentials.join(name));
             Process::start(command).map(|(process, lines)| (process, inside, lines))
         };
@@ -49,8 +49,13 @@ impl Rig {
         for service in Backend::Sim.services() {
             let connect = if matches!(service.scope(vehicle), bus::Scope::Fleet) { &ground } else { &on_board };
             let mut command = Command::new(program);
-            command.args([service.name(), "--connect", connect, "--vehicle", vehicle, "--http", "127.0.0.1:0"]);
-            command.arg("--config").arg(config);
+            command
+                .args(["run", service.name(), "--connect", connect, "--vehicle", vehicle])
+                .arg("--config")
+                .arg(config);
+            if service.reads("--http") {
+                command.args(["--http", "127.0.0.1:0"]);
+            }
             processes.push(Process::start(command)?.0);
         }
         Ok(Rig { _processes: processes, proxy, ground, on_board, _folder: folder })

@@ -52,7 +52,7 @@ pub struct Flight {
     pub figures: Figures,
 }
 
-/// Flies it, with the configuration in this folder.
+/// Flies it, with this configuration.
 ///
 /// # Errors
 /// Every mistake in the files.

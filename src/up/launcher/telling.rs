@@ -1,5 +1,7 @@
 //! The beginning and the end of a mission, as the launcher prints them.
 
+use std::process::{Command, Stdio};
+
 use kittiwake_proto::v1::MissionReport;
 
 use super::{End, Launcher};
@@ -9,6 +11,15 @@ use crate::output;
 use crate::run::run_file::{RunFile, Running};
 use crate::up::aircraft::State;
 use crate::up::report;
+
+/// Whether the desktop was asked to show the page. Other users of this machine can read the link in its list of processes for a moment: only
+/// `kittiwake demo`, which flies a simulator, calls this.
+fn open_in_browser(link: &str) -> bool {
+    let mut opener = Command::new("xdg-open");
+    let started = opener.arg(link).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+    // It is waited for, so that it leaves no zombie; a browser may stay as long as its user likes.
+    started.is_ok_and(|mut it| std::thread::Builder::new().spawn(move || it.wait()).is_ok())
+}
 
 impl Launcher<'_> {
     /// Once all processes are seen: prints the addresses, and lets `inject` and `status` find the system.
@@ -70,7 +81,11 @@ impl Launcher<'_> {
             }
         }
         if self.demo.is_some() {
-            self.screen.line(&format!("operate: {http}/#token={}", running.token));
+            let link = format!("{http}/#token={}", running.token);
+            self.screen.line(&format!("operate: {link}"));
+            if self.args.opens_page && !open_in_browser(&link) {
+                self.screen.line("no browser was found: open the link above");
+            }
         }
         if let Some(folder) = &self.recordings {
             self.screen.line(&format!("recordings: {}", folder.display()));

@@ -10,7 +10,7 @@ use crate::support::{kittiwake, shipped};
 fn router(more: &[&str]) -> Output {
     let table = shipped().join("zenoh/link.toml").to_string_lossy().into_owned();
     let table: &[&str] = if more.contains(&"--link") { &[] } else { &["--link", &table] };
-    kittiwake(&[&["router", "--listen", "tcp/127.0.0.1:0"], table, more].concat())
+    kittiwake(&[&["run", "router", "--listen", "tcp/127.0.0.1:0"], table, more].concat())
 }
 
 /// Fails unless the router was refused with one sentence that contains `said`.
@@ -141,7 +141,7 @@ fn an_address_in_use() {
     let accept = format!("tls/127.0.0.1:{port}");
     let output = router(&["--accept", &accept, "--vehicle", "uav1", "--certificates", &folder]);
     refused(&output, 5, &format!("cannot listen on {accept}: Address already in use"));
-    let output = kittiwake(&["router", "--listen", &format!("tcp/127.0.0.1:{port}")]);
+    let output = kittiwake(&["run", "router", "--listen", &format!("tcp/127.0.0.1:{port}")]);
     refused(&output, 5, "Address already in use");
 }
 

@@ -8,6 +8,7 @@ use std::sync::{Arc, Condvar, Mutex};
 use std::time::Instant;
 
 use faulty_link::Proxy;
+use kittiwake::service::Service;
 use reqwest::blocking::{Client, Response};
 use serde_json::Value;
 
@@ -165,7 +166,7 @@ impl Router {
     }
 
     fn launch(args: &[String], listen: &str) -> (Process, String, String) {
-        let mut all = vec!["router", "--listen", listen];
+        let mut all = vec!["run", "router", "--listen", listen];
         all.extend(args.iter().map(String::as_str));
         let process = Process::start(&all);
         let inside = process.wait_for("tcp/127.0.0.1:");
@@ -224,8 +225,11 @@ impl Services {
         let access = services.access.path().to_string_lossy().into_owned();
         for (names, router) in [(&ON_GROUND[..], ground), (&ON_BOARD[..], on_board)] {
             for &name in names {
-                let basics = [name, "--config", &config, "--connect", router, "--access", &access];
-                services.processes.push((name, Process::start(&[&basics, settings].concat())));
+                let service = Service::ALL.into_iter().find(|it| it.name() == name).expect("it is a service");
+                let settings = [&["--access", &access], settings].concat();
+                let read = settings.chunks(2).filter(|it| service.reads(it[0])).flatten().copied().collect();
+                let basics = vec!["run", name, "--config", &config, "--connect", router];
+                services.processes.push((name, Process::start(&[basics, read].concat())));
             }
         }
         services.http = services.process("gateway").wait_for("http://");

@@ -1,10 +1,26 @@
-// Flags and faults by hand: only where the vehicle is simulated, and for roles that may inject.
+// Trouble by a button, and flags and faults by hand: only where the vehicle is simulated, and for roles that may inject.
 
 import * as api from "./api.js";
 import { attribute, disabledFor, h, text } from "./dom.js";
 import { has, isCutOff, store } from "./store.js";
 import { flag } from "./words.js";
 import { order } from "./orders.js";
+
+/** For a first flight: what the button says, the fault and its arguments. */
+const TROUBLES = [["Battery 20 %", "battery", ["0.2"]], ["Storm", "wind", ["15", "0", "3"]], ["Aircraft ahead", "head_on", ["400", "20"]]];
+
+const mayInject = () => store.session?.simulation && (has("operator") || has("safety"));
+
+export function mountTrouble() {
+  const panel = document.getElementById("trouble");
+  const buttons = TROUBLES.map(([label, name, args]) =>
+    h("button", { "data-trouble": name, click: () => order(store.selected, "fault", "simulation/faults", { name, args }) }, label));
+  panel.querySelector(".body").append(...buttons);
+  return () => {
+    attribute(panel, "hidden", !mayInject());
+    for (const it of buttons) disabledFor(it, isCutOff() ? "not connected" : "");
+  };
+}
 
 export function mountInjection() {
   const panel = document.getElementById("injection");
@@ -49,7 +65,7 @@ export function mountInjection() {
 
   panel.addEventListener("toggle", () => panel.open && vehicle !== store.selected && ask());
   return () => {
-    attribute(panel, "hidden", !store.session?.simulation || !(has("operator") || has("safety")));
+    attribute(panel, "hidden", !mayInject());
     if (panel.open && vehicle && vehicle !== store.selected) ask();
     fillOptions(flags, store.session?.flags ?? [], flag);
     for (const it of [raise, clear]) disabledFor(it, isCutOff() ? "not connected" : flags.value ? "" : "no flag is known");

@@ -19,7 +19,7 @@ import { mountTree } from "./tree.js";
 import { mountPlots } from "./plots.js";
 import { mountProcesses } from "./processes.js";
 import { mountRecordings } from "./recordings.js";
-import { mountInjection } from "./injection.js";
+import { mountInjection, mountTrouble } from "./injection.js";
 
 const parts = [
   mountTop,
@@ -39,6 +39,7 @@ const parts = [
   mountPlots,
   mountProcesses,
   mountRecordings,
+  mountTrouble,
   mountInjection,
 ];
 
