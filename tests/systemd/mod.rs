@@ -8,6 +8,7 @@ mod documented;
 mod flight;
 mod lost;
 mod machine;
+mod package;
 mod sandbox;
 mod site;
 mod upgrade;

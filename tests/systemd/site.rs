@@ -38,19 +38,25 @@ impl Site {
     /// clock.
     #[track_caller]
     pub fn start(story: &str, speed: u32) -> Site {
+        Site::start_installed(story, |machine| install(machine, speed))
+    }
+
+    /// The same, where `install` installs the program, its configuration and its units.
+    #[track_caller]
+    pub fn start_installed(story: &str, install: impl Fn(&Machine) + Sync) -> Site {
         let alone = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let image = engine::image(IMAGE);
         let name = format!("kittiwake-systemd-{}-{story}", std::process::id());
         succeeded(&docker(&["network", "create", &name]));
         let network = Network(name.clone());
-        let install = |host: &str| {
+        let machine = |host: &str| {
             let machine = Machine::start(&image, format!("{name}-{host}"), &network.0, &format!("{host}.example"));
-            install(&machine, speed);
+            install(&machine);
             machine
         };
         let (ground, aircraft) = std::thread::scope(|scope| {
-            let ground = scope.spawn(|| install("ground"));
-            let aircraft = install("aircraft");
+            let ground = scope.spawn(|| machine("ground"));
+            let aircraft = machine("aircraft");
             (ground.join().expect("the ground's machine is installed"), aircraft)
         });
         ground.run(&documented("kittiwake certs"));
