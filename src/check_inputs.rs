@@ -88,6 +88,14 @@ impl Inputs {
         out_of_date.into_iter().chain(near).map(|it| format!("note: {}: {it}", self.config.mission.display())).collect()
     }
 
+    /// The files that say what is flown, name and text: configuration, mission, table and trees.
+    pub fn texts(&self) -> Vec<(String, String)> {
+        let trees = std::fs::read_dir(&self.config.trees).into_iter().flatten().flatten().map(|it| it.path());
+        let files = [&self.config_file, &self.config.mission, &self.config.contingencies].into_iter().cloned();
+        let named = |path: PathBuf| Some((path.file_name()?.to_str()?.to_owned(), Source::read(&path).ok()?.text));
+        files.chain(trees.filter(|it| it.extension().is_some_and(|it| it == "xml"))).filter_map(named).collect()
+    }
+
     /// What forbids to start a vehicle backend, if anything does.
     ///
     /// # Errors

@@ -151,7 +151,9 @@ fn run_gateway(
     link: &Link,
     stop: &Stop,
 ) -> Result<(), Failure> {
-    let Inputs { config, contingencies, .. } = inputs;
+    let Inputs { contingencies, .. } = inputs;
+    let mut config = inputs.config.clone();
+    config.gateway.recording.attached = inputs.texts();
     let access = access::access_control(&args.settings, config.gateway.audit_files.get().into())?;
     let (pace, nudge) = (config.speed.pace(), Nudge::default());
     let wake = nudge.clone();

@@ -26,6 +26,9 @@ pub struct Config {
     pub flush_s: Positive,
     /// Messages recorded per second of wall time, by topic key; of a topic that is not named, all.
     pub most_hz: BTreeMap<TopicKey, Positive>,
+    /// Files that each recording holds, name and text: what was flown, as the gateway has it.
+    #[serde(skip)]
+    pub attached: Vec<(String, String)>,
 }
 
 /// A topic, written as its key.

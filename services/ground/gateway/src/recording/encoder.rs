@@ -1,25 +1,29 @@
 //! A recording as bytes: messages in, MCAP out.
 //!
 //! One channel for each topic, named by its key, with the file descriptors of its message, so that
-//! any reader of MCAP understands it without our `.proto` files. The bytes that [`Encoder::take_bytes`]
+//! any reader of MCAP understands it without our `.proto` files; beside them those of [`foxglove`]. The bytes that [`Encoder::take_bytes`]
 //! returns end with a whole record: a file that got no further can be read up to there.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
 
 use kittiwake_proto::schema;
-use kittiwake_proto::topics::Topic;
 use mcap::records::MessageHeader;
 use mcap::write::{Metadata, NoSeek};
-use mcap::{Compression, McapResult, WriteOptions, Writer};
+use mcap::{Attachment, Compression, McapResult, WriteOptions, Writer};
 
 use crate::recording::capture::RecordedMessage;
+use crate::recording::foxglove::{self, Picture};
 
 /// The name of the metadata records: one at the start, one at the end.
 pub(crate) const METADATA: &str = "kittiwake";
 /// The encoding of the payloads, and of their descriptors.
 const PROTOBUF: &str = "protobuf";
+/// The encoding of what is made for Foxglove, and of its schemas.
+const JSON: &str = "json";
+const JSON_SCHEMA: &str = "jsonschema";
 /// Bytes after which a chunk ends; a flush ends it earlier.
 const CHUNK: u64 = 256 * 1024;
 
@@ -27,7 +31,8 @@ const CHUNK: u64 = 256 * 1024;
 pub(crate) struct Encoder {
     writer: Writer<NoSeek<Buffer>>,
     buffer: Buffer,
-    channels: BTreeMap<Topic, Channel>,
+    channels: BTreeMap<&'static str, Channel>,
+    picture: Picture,
 }
 
 struct Channel {
@@ -50,28 +55,63 @@ impl Encoder {
         let options =
             WriteOptions::new().compression(Some(Compression::Zstd)).chunk_size(Some(CHUNK)).disable_seeking(true);
         let writer = options.library(concat!("kittiwake ", env!("CARGO_PKG_VERSION")));
-        let mut encoder =
-            Encoder { writer: writer.create(NoSeek::new(buffer.clone()))?, buffer, channels: BTreeMap::new() };
+        let mut encoder = Encoder {
+            writer: writer.create(NoSeek::new(buffer.clone()))?,
+            buffer,
+            channels: BTreeMap::new(),
+            picture: Picture::default(),
+        };
         encoder.add_metadata(metadata)?;
         Ok(encoder)
     }
 
-    /// Adds a message.
+    /// Adds a file.
+    ///
+    /// # Errors
+    /// As [`Encoder::new`].
+    pub(crate) fn attach(&mut self, name: &str, text: &str, utc_ms: i64) -> McapResult<()> {
+        let time = nanoseconds(utc_ms);
+        let data = Cow::Borrowed(text.as_bytes());
+        let (name, media_type) = (name.to_owned(), "text/plain".to_owned());
+        self.writer.attach(&Attachment { log_time: time, create_time: time, name, media_type, data })
+    }
+
+    /// Adds a message, and what Foxglove draws of it.
     ///
     /// # Errors
     /// As [`Encoder::new`].
     pub(crate) fn add(&mut self, message: &RecordedMessage) -> McapResult<()> {
-        let channel = match self.channels.entry(message.topic) {
+        let RecordedMessage { topic, utc_ms, bytes } = message;
+        let name = topic.type_name();
+        let schema = || (PROTOBUF, schema::file_descriptor_set(&name).unwrap_or_default());
+        self.write(topic.key(), PROTOBUF, &name, schema, *utc_ms, bytes)?;
+        for drawing in self.picture.on_message(*topic, *utc_ms, bytes) {
+            let schema = || (JSON_SCHEMA, foxglove::schema(drawing.schema).into_bytes());
+            let bytes = drawing.message.to_string();
+            self.write(drawing.channel, JSON, drawing.schema, schema, *utc_ms, bytes.as_bytes())?;
+        }
+        Ok(())
+    }
+
+    fn write(
+        &mut self,
+        channel: &'static str,
+        encoding: &str,
+        schema_name: &str,
+        schema: impl FnOnce() -> (&'static str, Vec<u8>),
+        utc_ms: i64,
+        bytes: &[u8],
+    ) -> McapResult<()> {
+        let channel = match self.channels.entry(channel) {
             std::collections::btree_map::Entry::Occupied(known) => known.into_mut(),
             std::collections::btree_map::Entry::Vacant(new) => {
-                let name = message.topic.type_name();
-                let descriptors = schema::file_descriptor_set(&name).unwrap_or_default();
-                let schema = self.writer.add_schema(&name, PROTOBUF, &descriptors)?;
-                let id = self.writer.add_channel(schema, message.topic.key(), PROTOBUF, &BTreeMap::new())?;
+                let (schema_encoding, schema) = schema();
+                let schema = self.writer.add_schema(schema_name, schema_encoding, &schema)?;
+                let id = self.writer.add_channel(schema, channel, encoding, &BTreeMap::new())?;
                 new.insert(Channel { id, sequence: 0 })
             }
         };
-        let time = u64::try_from(message.utc_ms).unwrap_or(0).saturating_mul(1_000_000);
+        let time = nanoseconds(utc_ms);
         let header = MessageHeader {
             channel_id: channel.id,
             sequence: channel.sequence,
@@ -80,7 +120,7 @@ impl Encoder {
             publish_time: time,
         };
         channel.sequence = channel.sequence.wrapping_add(1);
-        self.writer.write_to_known_channel(&header, &message.bytes)
+        self.writer.write_to_known_channel(&header, bytes)
     }
 
     /// The bytes since the last call, ending with a whole record.
@@ -105,6 +145,11 @@ impl Encoder {
     fn add_metadata(&mut self, metadata: BTreeMap<String, String>) -> McapResult<()> {
         self.writer.write_metadata(&Metadata { name: METADATA.into(), metadata })
     }
+}
+
+/// A time as MCAP writes it.
+fn nanoseconds(utc_ms: i64) -> u64 {
+    u64::try_from(utc_ms).unwrap_or(0).saturating_mul(1_000_000)
 }
 
 impl Buffer {

@@ -24,6 +24,7 @@ pub(crate) mod capture;
 pub(crate) mod config;
 pub(crate) mod download;
 pub(crate) mod encoder;
+mod foxglove;
 mod id;
 pub(crate) mod index;
 pub(crate) mod reading;
@@ -98,7 +99,8 @@ impl Recorder {
 impl WriterThread {
     fn start(config: &Config, folder: PathBuf) -> WriterThread {
         let status = Arc::new(WriterStatus::default());
-        let writer = Writer::new(folder, config.limits(), config.flush_s.seconds(), status.clone());
+        let writer =
+            Writer::new(folder, config.limits(), config.flush_s.seconds(), status.clone()).attaching(&config.attached);
         let started = DiskThread::start("recorder", CAPACITY, END_LIMIT, move |jobs| writer::run(writer, &jobs));
         let thread = started.inspect_err(|cause| {
             status.failed(&cause.to_string());

@@ -140,16 +140,21 @@ mod tests {
     fn other_readers_of_mcap_find_the_messages_and_their_descriptors() {
         let (file, _) = recording(3);
         let messages: Vec<_> = mcap::MessageStream::new(&file).unwrap().map(Result::unwrap).collect();
-        assert_eq!(messages.len(), 3);
+        // Each decision, and a line of Foxglove's log.
+        assert_eq!(messages.len(), 6);
         let channel = &messages[0].channel;
         let schema = channel.schema.as_ref().unwrap();
         assert_eq!((channel.topic.as_str(), channel.message_encoding.as_str()), ("mcm/decision", "protobuf"));
         assert_eq!((schema.name.as_str(), schema.encoding.as_str()), ("kittiwake.v1.DecisionRecord", "protobuf"));
         assert_eq!(Some(schema.data.to_vec()), kittiwake_proto::schema::file_descriptor_set(&schema.name));
-        assert_eq!(messages[2].log_time, (STARTED as u64 + 2000) * 1_000_000);
-        assert_eq!(messages[2].sequence, 2);
+        let log = &messages[1].channel;
+        let schema = log.schema.as_ref().unwrap();
+        assert_eq!((log.topic.as_str(), log.message_encoding.as_str()), ("foxglove/log", "json"));
+        assert_eq!((schema.name.as_str(), schema.encoding.as_str()), ("foxglove.Log", "jsonschema"));
+        assert_eq!(messages[4].log_time, (STARTED as u64 + 2000) * 1_000_000);
+        assert_eq!(messages[4].sequence, 2);
         let summary = mcap::Summary::read(&file).unwrap().unwrap();
-        assert_eq!(summary.stats.unwrap().message_count, 3);
+        assert_eq!(summary.stats.unwrap().message_count, 6);
     }
 
     #[test]

@@ -40,6 +40,7 @@ const CHECK_EVERY: u64 = 8 * 1024 * 1024;
 pub(crate) struct Writer {
     folder: PathBuf,
     limits: Limits,
+    attached: Vec<(String, String)>,
     flush_period: Duration,
     status: Arc<WriterStatus>,
     open: BTreeMap<u64, OpenRecording>,
@@ -86,7 +87,12 @@ impl Writer {
     /// No recording is open yet, and the folder need not exist.
     pub(crate) fn new(folder: PathBuf, limits: Limits, flush_period: Duration, status: Arc<WriterStatus>) -> Writer {
         let (open, begun, suspended) = (BTreeMap::new(), Vec::new(), BTreeMap::new());
-        Writer { folder, limits, flush_period, status, open, begun, suspended, unchecked: 0 }
+        Writer { folder, limits, attached: Vec::new(), flush_period, status, open, begun, suspended, unchecked: 0 }
+    }
+
+    /// Puts these files, name and text, into each recording.
+    pub(crate) fn attaching(self, files: &[(String, String)]) -> Writer {
+        Writer { attached: files.to_vec(), ..self }
     }
 
     /// Does a job.
@@ -158,6 +164,9 @@ impl Writer {
         metadata.insert("missionTimeS".into(), header.began.time.as_secs_f64().to_string());
         metadata.insert("utc".into(), crate::view::utc(header.began.utc_ms));
         let mut encoder = Encoder::new(metadata).map_err(io::Error::other)?;
+        for (name, text) in &self.attached {
+            encoder.attach(name, text, header.began.utc_ms).map_err(io::Error::other)?;
+        }
         let head = encoder.take_bytes().map_err(io::Error::other)?;
         // Held while the file is open: it says that the file is being written. On a file system without locks the
         // recording is shown as damaged until it is complete.
