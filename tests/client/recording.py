@@ -30,6 +30,6 @@ for path in paths:
             else:
                 assert schema.encoding == "protobuf" and schema.name.startswith("kittiwake.v1."), schema
         names = {it.name for it in reader.iter_attachments()}
-        assert {"kittiwake.toml", "contingencies.toml", "reference.toml", "mission.xml"} <= names, names
+        assert {"kittiwake.toml", "contingencies.toml", "mission.toml", "mission.xml"} <= names, names
 assert all(counts.values()), counts
 print("recording:", ", ".join(f"{count} of {topic}" for topic, count in counts.items()))
