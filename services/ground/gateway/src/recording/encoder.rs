@@ -76,7 +76,7 @@ impl Encoder {
         self.writer.attach(&Attachment { log_time: time, create_time: time, name, media_type, data })
     }
 
-    /// Adds a message, and what Foxglove draws of it.
+    /// Adds a message, and its drawings for Foxglove.
     ///
     /// # Errors
     /// As [`Encoder::new`].
