@@ -1,6 +1,6 @@
 //! `kittiwake inject`: raises a flag by hand, or injects a fault into the simulator.
 //!
-//! It is a process on the bus like the others, for as long as its one message takes.
+//! It is a process on the bus like the others, for as long as its one message takes; where only a gateway's address is known, an order to it.
 
 use std::time::Duration;
 
@@ -10,14 +10,16 @@ use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Request, Response, Topic};
 use kittiwake_proto::v1::{FaultReply, FaultRequest, FlagEvent};
 use node::{CallId, Effect, Event, Node};
+use serde_json::{Value, json};
 use vehicle_sim::faults::catalogue::catalogue;
 
 use crate::cli::{InjectArgs, Injection, TargetArgs};
+use crate::operate::args::GatewayArgs;
 use crate::outcome::Outcome;
 use crate::run::end;
 use crate::settings::Settings;
 use crate::target::Target;
-use crate::{check_inputs, output};
+use crate::{check_inputs, operate, output};
 
 /// How long the receiver is waited for, and then its answer: longer than a companion that is busy with other things takes.
 const LIMIT: Duration = Duration::from_secs(10);
@@ -31,11 +33,14 @@ pub fn inject(args: &InjectArgs) -> Outcome {
     }
 }
 
-fn flag(name: &str, raised: bool, target: &TargetArgs) -> Outcome {
-    let target = match Target::find(target) {
+fn flag(name: &str, raised: bool, args: &TargetArgs) -> Outcome {
+    let target = match Target::find(args) {
         Ok(target) => target,
         Err(cause) => return told(Err(cause)),
     };
+    if target.connect.is_empty() {
+        return over_gateway(args, "flags", json!({ "name": name, "raised": raised, "reason": "by hand" }));
+    }
     if let Err(unknown) = check_flag(name, &target) {
         output::error_line(unknown);
         return Outcome::BadInput;
@@ -46,10 +51,15 @@ fn flag(name: &str, raised: bool, target: &TargetArgs) -> Outcome {
 }
 
 fn fault(name: &str, args: &[String], target: &TargetArgs) -> Outcome {
+    let found = match Target::find(target) {
+        Ok(found) if found.connect.is_empty() => {
+            return over_gateway(target, "faults", json!({ "name": name, "args": args }));
+        }
+        found => found,
+    };
     let request = FaultRequest { name: name.to_owned(), args: args.to_vec() };
     let mut injector = Injector::new(Task::Fault(request));
-    let result = Target::find(target).and_then(|target| run(&mut injector, &target));
-    match result {
+    match found.and_then(|target| run(&mut injector, &target)) {
         // The simulator refuses an unknown fault and lists the known ones.
         Ok(detail) if injector.refused => {
             output::error_line(detail);
@@ -74,10 +84,12 @@ fn check_flag(name: &str, target: &Target) -> Result<(), String> {
     if known.contains(&name) { Ok(()) } else { Err(format!("unknown flag `{name}`: {}", did_you_mean(name, &known))) }
 }
 
+fn over_gateway(target: &TargetArgs, what: &str, body: Value) -> Outcome {
+    let (url, vehicle) = (target.http.clone(), target.vehicle.clone());
+    operate::order(&GatewayArgs { url, vehicle, ..GatewayArgs::default() }, &["simulation", what], body)
+}
+
 fn run(injector: &mut Injector, target: &Target) -> Result<String, String> {
-    if target.connect.is_empty() {
-        return Err("only the gateway's address is known; name the router with --connect".into());
-    }
     let link = Link {
         connect: vec![target.connect.clone()],
         scope: Scope::Vehicle(target.vehicle.clone()),

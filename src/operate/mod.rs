@@ -4,6 +4,7 @@
 //! Nothing is decided here: the gateway's answer is printed as it is, and the exit code says what kind of
 //! failure there was.
 
+use reqwest::Method;
 use serde_json::Value;
 
 use crate::operate::args::{GatewayArgs, MissionArgs, PermissionArgs, SiteArgs, VehicleArgs};
@@ -76,6 +77,12 @@ pub fn permission(args: &PermissionArgs) -> Outcome {
 /// `kittiwake site`.
 pub fn site(args: &SiteArgs) -> Outcome {
     report(&args.gateway, Gateway::find(&args.gateway).and_then(|gateway| site::run(&args.what, &gateway)))
+}
+
+/// Gives an order to the vehicle, and prints its outcome.
+pub fn order(args: &GatewayArgs, path: &[&str], body: Value) -> Outcome {
+    let order = |gateway: Gateway| gateway.order(Method::POST, path, Some(body)).map(Done::of);
+    report(args, Gateway::find(args).and_then(order))
 }
 
 /// Prints one document, or a text, on standard output; a failure on standard error.

@@ -63,8 +63,12 @@ impl Crew {
 
     /// Has somebody run `kittiwake line`.
     fn runs(&self, who: &str, line: &str) -> Said {
+        self.runs_at(&self.url, who, line)
+    }
+
+    fn runs_at(&self, url: &str, who: &str, line: &str) -> Said {
         let mut command = Command::new(KITTIWAKE);
-        command.args(line.split(' ')).env("KITTIWAKE_URL", &self.url).env("KITTIWAKE_TOKEN", format!("{who}-token"));
+        command.args(line.split(' ')).env("KITTIWAKE_URL", url).env("KITTIWAKE_TOKEN", format!("{who}-token"));
         Said::of(command.stdin(Stdio::null()).output().unwrap())
     }
 
@@ -95,6 +99,12 @@ fn a_crew_flies_by_the_command_line() {
         crew.runs("eve", "vehicle list").expect(0, "VEHICLE").stdout.contains("uav1").then_some(())
     });
     crew.wait_until("the flight", |it| it["aircraft"]["status"]["actualMode"] == "FLIGHT_MODE_OFFBOARD");
+
+    // Who knows the gateway only injects over it.
+    let elsewhere = crew.url.replace("127.0.0.1", "localhost");
+    crew.runs_at(&elsewhere, "eve", "inject fault wind 1 0").expect(3, "it needs the role");
+    crew.runs_at(&elsewhere, "anna", "inject fault wind 1 0").expect(0, "wind");
+    crew.runs_at(&elsewhere, "anna", "inject flag obstcle").expect(2, "did you mean `obstacle`?");
 
     // The tower decides about a request.
     crew.wait_until("a question to the tower", |it| it["permissions"][0]["state"] == "PERMISSION_STATE_REQUESTED");

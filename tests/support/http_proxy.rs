@@ -83,6 +83,8 @@ fn pass(mut browser: TcpStream, gateway: SocketAddr, manner: Manner) -> std::io:
         let (name, value) = line.split_once(':').unwrap_or((&line, ""));
         match name.to_ascii_lowercase().as_str() {
             "connection" => continue,
+            // It reads and changes answers.
+            "accept-encoding" if manner == Manner::Upgraded => continue,
             "content-length" => length = value.trim().parse().unwrap_or(0),
             _ => {}
         }

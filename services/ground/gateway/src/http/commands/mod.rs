@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use axum::Extension;
 use axum::extract::{Path, State};
+use domain::file::did_you_mean;
 use kittiwake_proto::topics::{Message, Request, Response as Reply};
 use kittiwake_proto::v1;
 use serde::Deserialize;
@@ -169,6 +170,12 @@ async fn inject_flag(State(site): Shared, Extension(request): Authorized) -> Ans
     let flag: v1::FlagEvent = read(&request.body)?;
     if flag.name.is_empty() {
         return Err(invalid_member("/name", "`name` is missing"));
+    }
+    let known: Vec<&str> = site.api.of_table.flags.iter().map(String::as_str).collect();
+    // A gateway without a table knows none.
+    if !known.is_empty() && !known.contains(&flag.name.as_str()) {
+        let why = format!("unknown flag `{}`: {}", flag.name, did_you_mean(&flag.name, &known));
+        return Err(invalid_member("/name", &why));
     }
     let text = format!("flag `{}` {}", flag.name, if flag.raised { "raised" } else { "cleared" });
     let order = Order::Publish { vehicle: request.vehicle()?.clone(), message: Message::from(flag) };
