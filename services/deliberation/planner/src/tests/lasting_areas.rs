@@ -95,6 +95,23 @@ fn only_a_later_edition_replaces_what_a_data_set_has_set() {
 }
 
 #[test]
+fn of_very_many_areas_that_stay_some_are_named() {
+    let set: String =
+        (0..25).map(|n| area(&format!("Z{n:02}"), "keep-out", [700.0, 800.0], "feed = \"z.json\"")).collect();
+    let mut story = Story::under_way(&format!("{REFERENCE}{}{set}", feed("2025-06-01")));
+    let reply = story.ask(upload(&home("")));
+    assert!(reply.text.ends_with("Z19 and 5 more areas"), "{}", reply.text);
+    // All of them together are no more than a file may have.
+    let others: String = (0..1_990).map(|n| area(&format!("Y{n}"), "keep-out", [900.0, 950.0], "")).collect();
+    let reply = story.ask(upload(&home(&others)));
+    assert!(
+        reply.text.starts_with("the mission would have 2015 areas with 8060 corners, at most 2000"),
+        "{}",
+        reply.text
+    );
+}
+
+#[test]
 fn an_area_of_an_upload_does_not_lie_over_the_vehicle() {
     #[track_caller]
     fn check(text: &str, expected: &str) {

@@ -73,6 +73,14 @@ fn airspace_that_the_mission_cannot_be_flown_in_is_refused_and_the_old_one_stays
 }
 
 #[test]
+fn a_landing_site_that_new_airspace_takes_is_told_and_the_airspace_is_adopted() {
+    let site = "[[site]]\nkind = \"landing\"\nname = \"quay\"\nnorth_m = 0.0\neast_m = 750.0\nheight_m = 0.0\n";
+    let mut story = Story::under_way(&format!("{REFERENCE}{site}"));
+    let reply = story.ask(Ask::AdoptAirspace(edition("2026-01-01", &of_feed("Z", [700.0, 800.0]))));
+    assert!(reply.accepted && reply.text.contains("site `quay` "), "{}", reply.text);
+}
+
+#[test]
 fn airspace_after_the_end_is_left_to_the_next_mission() {
     let mut story = Story::under_way(REFERENCE);
     story.end = ("`operator_abort`".into(), true, false);

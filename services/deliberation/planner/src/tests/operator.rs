@@ -183,6 +183,15 @@ fn what_makes_no_sense_changes_nothing() {
         "`objective.position`: `position` is north 0.0, east NaN, down -10.0, expected metres within 1,000 km",
     );
     refused(Ask::Insert(v1::InsertObjective::default()), "`objective` is missing");
+    let long = "#".repeat(domain::file::LARGEST_BYTES as usize + 1);
+    refused(Ask::Upload(text(&long)), "the text has 33554433 bytes, more than the limit of 33554432");
+}
+
+#[test]
+fn the_only_objective_is_not_removed() {
+    let mut story = Story::under_way(&across(""));
+    let reply = story.ask(remove("there"));
+    assert_eq!(reply.text, "`there` is the only objective; skip it, or upload another mission");
 }
 
 #[test]

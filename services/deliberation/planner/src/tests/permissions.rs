@@ -344,3 +344,31 @@ fn new_grants_are_waited_for_no_longer_than_two_minutes_in_all() {
     let reason = story.status().objectives[0].reason.clone();
     assert!(reason.starts_with("the permission for area W holds for 50 s"), "{reason}");
 }
+
+/// It stands 500 m east of home, around which H is; it is to look farther east, and then to come home.
+fn away_from_home() -> Story {
+    let look = "[[objective]]\nname = \"look\"\nnorth_m = 0.0\neast_m = 700.0\nheight_m = 10.0\nflying = true\n";
+    let home = "[[objective]]\nname = \"home\"\nnorth_m = 0.0\neast_m = 0.0\nheight_m = 0.0\nflying = false\n";
+    let mut story = Story::of(&format!("name = \"away\"\n{look}{home}{}", area("H", "permission", [-60.0, 60.0], "")));
+    story.state.position = Some(v1::Ned { east_m: 500.0, ..Default::default() });
+    story
+}
+
+#[test]
+fn nothing_takes_off_where_the_permission_to_come_back_is_refused_or_too_short() {
+    let mut story = away_from_home();
+    check(&story.plan(), "1 stop, ask H\n2 takeoff 10 m\n3 position 0 700 10");
+    assert!(story.fail(&[("H", Some("busy"))]).contains("asked once more"));
+    story.wait(31);
+    story.plan();
+    let refused = story.fail(&[("H", Some("busy"))]);
+    let told = format!("{refused}{}", story.objectives());
+    assert!(told.contains("no takeoff without the permission to come back: "), "{told}");
+    let mut story = away_from_home();
+    story.plan();
+    story.held = vec![v1::HeldPermission { area: "H".into(), valid_for_s: 20.0 }];
+    story.too_short = true;
+    let short = story.fail(&[("H", Some("too short"))]);
+    let told = format!("{short}{}", story.objectives());
+    assert!(told.contains("the one for area H holds for 20 s, "), "{told}");
+}

@@ -77,6 +77,31 @@ fn a_mission_manager_of_another_version_is_refused_by_its_version() {
 }
 
 #[test]
+fn a_request_about_the_mission_is_refused_by_its_version_too_and_without_areas_asks_for_them() {
+    let mut story = Story::of(REFERENCE);
+    let mut asked = |basis| {
+        let request = v1::EditRequest { basis: Some(basis), ..Default::default() };
+        let Some(Response::Edit(reply)) = story.request(Request::Edit(request)) else { panic!("no reply") };
+        reply
+    };
+    let other = asked(v1::PlanningBasis { protocol: 5, ..Default::default() });
+    assert!(other.reply.is_some_and(|it| !it.accepted && it.text.contains("speaks version 5")));
+    let without_areas = Story::of(REFERENCE).basis(false);
+    assert!(asked(without_areas).areas_unknown);
+    let nothing = asked(Story::of(REFERENCE).basis(true));
+    assert_eq!(nothing.reply.map(|it| it.text), Some("no request in it".into()));
+}
+
+#[test]
+fn it_answers_two_requests_and_listens_to_no_topic() {
+    use kittiwake_proto::topics::Service;
+    let planner = Story::of(REFERENCE).planner;
+    assert_eq!((planner.name(), planner.subscriptions()), ("planner", &[][..]));
+    assert_eq!(planner.serves(), [Service::Replan, Service::Edit]);
+    assert_eq!(planner.deadline(), None, "it waits for questions only");
+}
+
+#[test]
 fn a_state_that_makes_no_sense_is_refused() {
     let mut story = Story::of(REFERENCE);
     let position = Some(v1::Ned { north_m: f64::NAN, ..Default::default() });

@@ -181,6 +181,23 @@ fn a_task_along_a_leg_goes_with_its_flights_and_of_a_survey_with_its_lines() {
 }
 
 #[test]
+fn a_leg_that_begins_too_low_for_what_goes_with_it_begins_with_a_climb() {
+    let high = "version = 1\nsummary = \"Maps\"\nvehicle = \"flies\"\npower_w = 3600.0\noutcome = { done = \"success\" }\n\
+                precondition = \"position.height_m > 30 m\"";
+    let high = DeclaredSkill::read(&Source { path: "map.toml".into(), text: high.into() }).unwrap();
+    let plan = |height_m: f64| {
+        let text = text("along = [{ skill = \"map\" }]").replacen("height_m = 15.0", "height_m = 40.0", 1);
+        let mut story = Story::of(&text);
+        let planner = Planner::new(&Config::for_tests(), &Rules::for_tests().aircraft, Pace::REAL_TIME);
+        story.planner = planner.with_skills(DeclaredSkills::of(vec![high.clone()]));
+        story.airborne_at([0.0, 50.0, height_m]);
+        story.plan()
+    };
+    check(&plan(10.0), "1 position 0 50 40\n2 position 0 200 40");
+    check(&plan(35.0), "1 position 0 200 40");
+}
+
+#[test]
 fn a_task_that_has_failed_along_the_leg_fails_the_objective_at_its_end() {
     let mut story = story(&format!("along = [{{ skill = \"film\" }}]\n{BOTH}"));
     story.plan();
