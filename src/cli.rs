@@ -14,6 +14,7 @@ use crate::composition::{Composition, ONBOARD};
 use crate::config::VehicleName;
 use crate::operate::args::{AuditArgs, MissionArgs, PermissionArgs, PicturesArgs, SiteArgs, VehicleArgs, WhyArgs};
 use crate::plan::WindArg;
+use crate::ros_bridge::RosBridgeArgs;
 use crate::run::run_file;
 use crate::service::Service;
 use crate::settings::{Settings, default_config};
@@ -60,6 +61,9 @@ pub enum Command {
     Permission(PermissionArgs),
     /// Report whether a place to land at is ready, over the gateway
     Site(SiteArgs),
+    /// Show a vehicle of a gateway to ROS 2 as a node with topics, services and an action, without ROS installed
+    #[command(name = "ros-bridge")]
+    RosBridge(RosBridgeArgs),
     /// Raise a flag or inject a fault into a running system
     Inject(InjectArgs),
     /// Check data sets of zones, compare their editions, and put them into a mission, also into one that is flown
@@ -105,7 +109,7 @@ pub enum Command {
 /// The commands as the overview shows them.
 const GROUPS: [(&str, &[&str]); 6] = [
     ("Fly", &["up", "demo", "plan", "simulate", "check"]),
-    ("Operate", &["status", "why", "vehicle", "mission", "permission", "site", "inject"]),
+    ("Operate", &["status", "why", "vehicle", "mission", "permission", "site", "inject", "ros-bridge"]),
     ("Files", &["airspace", "skill", "config", "pictures", "replay", "audit"]),
     ("Install", &["doctor", "access", "certs", "px4-check", "autopilot-check", "completions", "man"]),
     ("Processes", &["run", "health"]),

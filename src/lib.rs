@@ -32,6 +32,7 @@ pub mod outcome;
 pub mod output;
 mod plan;
 mod progress;
+mod ros_bridge;
 pub mod run;
 pub mod service;
 pub mod settings;
@@ -86,6 +87,7 @@ pub fn main() -> ExitCode {
         Some(cli::Command::Airspace(args)) => airspace::airspace(&args),
         Some(cli::Command::Permission(args)) => operate::permission(&args),
         Some(cli::Command::Site(args)) => operate::site(&args),
+        Some(cli::Command::RosBridge(args)) => ros_bridge::ros_bridge(&args),
         Some(cli::Command::Audit(args)) => operate::audit::audit(&args),
         Some(cli::Command::Why(args)) => operate::why::why(&args),
         Some(cli::Command::Pictures(args)) => operate::pictures::pictures(&args),

@@ -6,6 +6,8 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use kittiwake_proto::json::from_json;
+use kittiwake_proto::v1;
 use reqwest::blocking::{Client, RequestBuilder};
 use reqwest::{Method, Url};
 use serde_json::Value;
@@ -139,8 +141,11 @@ impl Gateway {
     /// Repeats a request for `LIMIT`, if it may be repeated. All repetitions have the same key: by it the gateway gives the answer that it
     /// gave before, and where it has none any more, the mission manager recognises an order that it has carried out.
     fn send(&self, method: Method, path: &[&str], body: Option<Value>, repeat: Repeat) -> Result<Value, Failure> {
+        self.send_to(self.at(path), method, body, repeat)
+    }
+
+    fn send_to(&self, url: Url, method: Method, body: Option<Value>, repeat: Repeat) -> Result<Value, Failure> {
         let key = random_hex(KEY_BYTES).map_err(|it| Failure::unreachable(format!("no random numbers: {it}")))?;
-        let url = self.at(path);
         let until = Instant::now() + LIMIT;
         loop {
             let mut request = self.client.request(method.clone(), url.clone());
@@ -176,6 +181,22 @@ impl Gateway {
         }
     }
 
+    /// The decisions of this vehicle after the one with this number.
+    pub fn decisions(&self, vehicle: &str, after: u64) -> Result<Vec<v1::DecisionRecord>, Failure> {
+        let mut url = self.at(&["vehicles", vehicle, "decisions"]);
+        if 0 < after {
+            url.query_pairs_mut().append_pair("after", &after.to_string());
+        }
+        let document = self.send_to(url, Method::GET, None, Repeat::WhileUnanswered)?;
+        let entries = document["decisions"].as_array().into_iter().flatten();
+        entries.map(|it| from_json(&it["record"]).map_err(of_another_version)).collect()
+    }
+
+    /// The whole state of this vehicle.
+    pub fn state(&self, vehicle: &str) -> Result<v1::Vehicle, Failure> {
+        from_json(&self.ask(Method::GET, &["vehicles", vehicle], None)?).map_err(of_another_version)
+    }
+
     /// Opens the vehicle's event stream after the event with this id; without a limit in time.
     pub fn events(&self, after: &str) -> Result<reqwest::blocking::Response, Failure> {
         let vehicle = self.vehicle()?;
@@ -204,6 +225,10 @@ impl Gateway {
         }
         url
     }
+}
+
+fn of_another_version(cause: String) -> Failure {
+    Failure::unreachable(format!("the gateway's answer is not understood, it may be of another version: {cause}"))
 }
 
 /// The status and the text that the gateway answers.

@@ -7,7 +7,7 @@ use domain::decision::DecisionRecord;
 use domain::decision::chain::chain;
 use domain::wire::decision::{list, told};
 use gateway::recorded;
-use kittiwake_proto::json::{from_json, to_json};
+use kittiwake_proto::json::to_json;
 use kittiwake_proto::v1;
 
 use super::report_failure;
@@ -67,19 +67,10 @@ fn of_recording(path: &Path) -> Result<Vec<v1::DecisionRecord>, Failure> {
 fn of_running_system(args: &GatewayArgs) -> Result<Vec<v1::DecisionRecord>, Failure> {
     let is_named = args.url.is_some() || args.pid.is_some() || args.vehicle.is_some();
     match Gateway::find(args) {
-        Ok(gateway) => of_gateway(&gateway),
+        Ok(gateway) => gateway.decisions(&gateway.vehicle()?, 0),
         Err(failure) if is_named || failure.outcome != Outcome::Unreachable => Err(failure),
         Err(failure) => of_newest_recording(failure),
     }
-}
-
-fn of_gateway(gateway: &Gateway) -> Result<Vec<v1::DecisionRecord>, Failure> {
-    let document = gateway.read(&["decisions"])?;
-    let entries = document["decisions"].as_array().into_iter().flatten();
-    let records = entries.map(|it| from_json::<v1::DecisionRecord>(&it["record"]));
-    records.collect::<Result<_, _>>().map_err(|cause| {
-        Failure::unreachable(format!("the gateway's answer is not understood, it may be of another version: {cause}"))
-    })
 }
 
 /// Of the newest recording that has any: a system that was started and ended before it decided anything explains no flight.

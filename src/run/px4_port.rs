@@ -40,14 +40,16 @@ fn is_stream(key: &str) -> bool {
 impl Port for Px4Port {
     fn take(&mut self, _now: Time) -> Vec<Arrival> {
         let arrival = |mail| match mail {
-            ForeignMail::Sample { key, payload } => Arrival::Sample { key, payload },
-            ForeignMail::Token { key, alive } => Arrival::Token { key, alive },
+            ForeignMail::Sample { key, payload } => Some(Arrival::Sample { key, payload }),
+            ForeignMail::Token { key, alive } => Some(Arrival::Token { key, alive }),
+            // Nothing is served to PX4.
+            ForeignMail::Request { .. } => None,
         };
-        self.0.take().into_iter().map(arrival).collect()
+        self.0.take().into_iter().filter_map(arrival).collect()
     }
 
     fn put(&mut self, _now: Time, key: &str, payload: Vec<u8>) {
-        self.0.put(key, payload);
+        self.0.put(key, payload, None);
     }
 }
 

@@ -22,14 +22,17 @@ fn recorded(http: &Http, states: &[&str]) -> Vec<Value> {
     })
 }
 
-/// The messages of a file, as any reader of MCAP finds them.
+/// The messages of the bus in a file, as any reader of MCAP finds them. The others are pictures for Foxglove, in JSON.
 fn messages(file: &[u8]) -> Vec<Message> {
     let decode = |it: mcap::McapResult<mcap::Message>| {
         let it = it.expect("a whole file");
+        if it.channel.message_encoding == "json" {
+            return None;
+        }
         let topic = Topic::ALL.iter().find(|topic| topic.key() == it.channel.topic).expect("a known topic");
-        Message::decode(*topic, &it.data).expect("a message of its topic")
+        Some(Message::decode(*topic, &it.data).expect("a message of its topic"))
     };
-    mcap::MessageStream::new(file).expect("an MCAP file").map(decode).collect()
+    mcap::MessageStream::new(file).expect("an MCAP file").filter_map(decode).collect()
 }
 
 fn decisions(messages: &[Message]) -> BTreeSet<String> {

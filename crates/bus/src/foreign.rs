@@ -1,4 +1,4 @@
-//! The keys of somebody else, over a router of their own: for a bridge between them and the bus.
+//! The keys of somebody else, over a router of their own: for a bridge between them and Kittiwake.
 //!
 //! It is another session than the bus's, with another router, and nothing passes between the two but what the bridge lets through:
 //! a client of the foreign endpoint is not on the bus. Zenoh's threads only hand over into a bounded mailbox and wake
@@ -6,29 +6,34 @@
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
 
 use zenoh::bytes::Encoding;
+use zenoh::liveliness::LivelinessToken;
 use zenoh::qos::CongestionControl;
+use zenoh::query::Query;
 use zenoh::sample::{Sample, SampleKind};
-use zenoh::{Session, Wait};
+use zenoh::{Config, Session, Wait};
 
-use crate::session::{config, set};
-use crate::{BusError, Nudge};
+use crate::session::{config, open, set};
+use crate::{BusError, Link, Nudge, Scope};
 
 /// Samples and tokens that wait; more than arrives in any burst that a loop lets pile up.
 const CAPACITY: usize = 1024;
-/// A flight controller sends no larger payload.
+/// A flight controller sends no larger sample.
 const LARGEST: usize = 64 * 1024;
+/// Requests without a reply; more than clients that wait for one action. Each has at most zenoh's largest message.
+const MOST_REQUESTS: usize = 64;
 /// Others who take nothing for this long are disconnected, and may connect again. In microseconds of wall time. (PX4 counts setpoints
 /// as lost after 1 s; ENG: half of that, so that the loop that sends them hangs for no longer.)
 const BLOCKED_US: u64 = 500_000;
 /// Messages that wait for the others, each in a batch of its own. (Zenoh's most; ENG: 0.4 s of setpoints.)
 const QUEUED: u64 = 16;
 
-/// Where the others connect to, and what is heard of them.
+/// What is heard of those who connect here.
 #[derive(Debug, Clone)]
 pub struct ForeignLink {
-    /// Where the router of their own listens, such as `tcp/127.0.0.1:7447`.
+    /// Where their router listens, such as `tcp/127.0.0.1:7447`.
     pub listen: String,
     /// The key expression of what is received.
     pub receive: String,
@@ -55,6 +60,15 @@ pub enum ForeignMail {
         /// Whether it is there.
         alive: bool,
     },
+    /// Somebody asks for something that is served here, and waits for [`Foreign::reply`].
+    Request {
+        /// Stands for it in the reply.
+        number: u64,
+        /// The key that it asks.
+        key: String,
+        /// Its bytes.
+        payload: Vec<u8>,
+    },
 }
 
 /// The session with the others.
@@ -62,6 +76,8 @@ pub struct Foreign {
     session: Session,
     mailbox: Arc<Mutex<Mailbox>>,
     listens: Vec<String>,
+    nudge: Nudge,
+    tokens: Vec<LivelinessToken>,
 }
 
 #[derive(Default)]
@@ -69,6 +85,9 @@ struct Mailbox {
     queue: VecDeque<Entry>,
     newest: HashMap<String, Vec<u8>>,
     dropped: u64,
+    /// Requests without a reply, and the number of the newest one.
+    requests: HashMap<u64, Query>,
+    requested: u64,
 }
 
 enum Entry {
@@ -83,27 +102,46 @@ impl Foreign {
     /// # Errors
     /// If the endpoint is taken, or zenoh refuses a declaration.
     pub fn open(link: &ForeignLink, nudge: &Nudge) -> Result<Foreign, BusError> {
-        let refused = |cause: String| BusError::Listen { locators: link.listen.clone(), cause };
-        crate::router::try_out(&link.listen)?;
+        let foreign = Foreign::listen(&link.listen, nudge)?;
+        foreign.hear(link)?;
+        Ok(foreign)
+    }
+
+    /// Listens, and hears nothing but requests.
+    ///
+    /// # Errors
+    /// If the endpoint is taken.
+    pub fn listen(endpoint: &str, nudge: &Nudge) -> Result<Foreign, BusError> {
+        let refused = |cause: String| BusError::Listen { locators: endpoint.to_owned(), cause };
+        crate::router::try_out(endpoint)?;
         let mut config = config("router")?;
-        set(&mut config, "listen/endpoints", &serde_json::json!([link.listen]).to_string())?;
+        set(&mut config, "listen/endpoints", &serde_json::json!([endpoint]).to_string())?;
         set(&mut config, "listen/exit_on_failure", "true")?;
         set(&mut config, "scouting/delay", "0")?;
-        set(
-            &mut config,
-            "transport/link/tx/queue/congestion_control/block/wait_before_close",
-            &BLOCKED_US.to_string(),
-        )?;
-        set(&mut config, "transport/link/tx/queue/size/data", &QUEUED.to_string())?;
+        do_not_hang(&mut config)?;
         let session = zenoh::open(config).wait().map_err(|cause| refused(cause.to_string()))?;
         let listens: Vec<_> = session.info().locators().wait().iter().map(|it| it.to_string()).collect();
         if listens.is_empty() {
             return Err(refused("nothing was bound".into()));
         }
-        let mailbox = Arc::new(Mutex::new(Mailbox::default()));
-        let declare =
-            |key: &str, cause: zenoh::Error| BusError::Declare { key: key.to_owned(), cause: cause.to_string() };
-        let (into, wake, keeps_newest_only) = (mailbox.clone(), nudge.clone(), link.keeps_newest_only);
+        Ok(Foreign::new(session, listens, nudge))
+    }
+
+    /// Connects to a router of the others, and hears nothing but requests. It connects again by itself when the router comes back.
+    ///
+    /// # Errors
+    /// If nothing answers there within `limit`.
+    pub fn connect(endpoint: &str, limit: Duration, nudge: &Nudge) -> Result<Foreign, BusError> {
+        let link = Link { connect: vec![endpoint.to_owned()], scope: Scope::Fleet, open_timeout: limit };
+        Ok(Foreign::new(open(&link)?, Vec::new(), nudge))
+    }
+
+    fn new(session: Session, listens: Vec<String>, nudge: &Nudge) -> Foreign {
+        Foreign { session, mailbox: Arc::default(), listens, nudge: nudge.clone(), tokens: Vec::new() }
+    }
+
+    fn hear(&self, link: &ForeignLink) -> Result<(), BusError> {
+        let (into, wake, keeps_newest_only) = (self.mailbox.clone(), self.nudge.clone(), link.keeps_newest_only);
         let on_sample = move |sample: Sample| {
             if sample.kind() == SampleKind::Put && sample.payload().len() <= LARGEST {
                 let (key, payload) = (sample.key_expr().as_str().to_owned(), sample.payload().to_bytes().into_owned());
@@ -111,17 +149,46 @@ impl Foreign {
                 wake.wake();
             }
         };
-        let subscriber = session.declare_subscriber(link.receive.as_str()).callback(on_sample);
+        let subscriber = self.session.declare_subscriber(link.receive.as_str()).callback(on_sample);
         subscriber.background().wait().map_err(|cause| declare(&link.receive, cause))?;
-        let (into, wake) = (mailbox.clone(), nudge.clone());
+        let (into, wake) = (self.mailbox.clone(), self.nudge.clone());
         let on_token = move |sample: Sample| {
             let (key, alive) = (sample.key_expr().as_str().to_owned(), sample.kind() == SampleKind::Put);
             lock(&into).push(Entry::Mail(ForeignMail::Token { key, alive }));
             wake.wake();
         };
-        let tokens = session.liveliness().declare_subscriber(link.tokens.as_str()).history(true).callback(on_token);
-        tokens.background().wait().map_err(|cause| declare(&link.tokens, cause))?;
-        Ok(Foreign { session, mailbox, listens })
+        let tokens = self.session.liveliness().declare_subscriber(link.tokens.as_str());
+        let tokens = tokens.history(true).callback(on_token);
+        tokens.background().wait().map_err(|cause| declare(&link.tokens, cause))
+    }
+
+    /// From now on requests with this key arrive.
+    ///
+    /// # Errors
+    /// If zenoh refuses the declaration.
+    pub fn serve(&self, key: &str) -> Result<(), BusError> {
+        let (into, wake) = (self.mailbox.clone(), self.nudge.clone());
+        let on_query = move |query: Query| {
+            lock(&into).ask(query);
+            wake.wake();
+        };
+        let served = self.session.declare_queryable(key).complete(true).callback(on_query);
+        served.background().wait().map_err(|cause| declare(key, cause))
+    }
+
+    /// Tells the others that this token is alive, until the session ends.
+    ///
+    /// # Errors
+    /// If zenoh refuses the declaration.
+    pub fn announce(&mut self, key: &str) -> Result<(), BusError> {
+        let token = self.session.liveliness().declare_token(key.to_owned()).wait();
+        self.tokens.push(token.map_err(|cause| declare(key, cause))?);
+        Ok(())
+    }
+
+    /// The session's own name, in hexadecimal digits.
+    pub fn id(&self) -> String {
+        self.session.zid().to_string()
     }
 
     /// Where it listens; port 0 has become a free one.
@@ -150,10 +217,19 @@ impl Foreign {
     ///
     /// It must not be droppable: on a link without priorities, as zenoh-pico's is, zenoh (1.10) drops everything that may be dropped, for
     /// as long as the link lasts, after it has dropped one message. (A PX4 on a busy machine heard no setpoint any more.)
-    pub fn put(&self, key: &str, payload: Vec<u8>) {
-        let put = self.session.put(key, payload).encoding(Encoding::ZENOH_BYTES);
+    pub fn put(&self, key: &str, payload: Vec<u8>, attachment: Option<Vec<u8>>) {
+        let put = self.session.put(key, payload).encoding(Encoding::ZENOH_BYTES).attachment(attachment);
         if let Err(cause) = put.congestion_control(CongestionControl::Block).express(true).wait() {
             tracing::warn!(key, %cause, "not sent");
+        }
+    }
+
+    /// Answers a request; once. The answer has the attachment of the request, as ROS 2 expects it.
+    pub fn reply(&self, number: u64, payload: Vec<u8>) {
+        let Some(query) = lock(&self.mailbox).requests.remove(&number) else { return };
+        let attachment = query.attachment().cloned();
+        if let Err(cause) = query.reply(query.key_expr().clone(), payload).attachment(attachment).wait() {
+            tracing::warn!(key = %query.key_expr(), %cause, "not answered");
         }
     }
 
@@ -175,6 +251,19 @@ impl Mailbox {
         }
     }
 
+    fn ask(&mut self, query: Query) {
+        let payload = query.payload().map_or(Vec::new(), |it| it.to_bytes().into_owned());
+        if MOST_REQUESTS <= self.requests.len() {
+            self.dropped += 1;
+            return;
+        }
+        let (number, key) = (self.requested + 1, query.key_expr().as_str().to_owned());
+        if self.push(Entry::Mail(ForeignMail::Request { number, key, payload })) {
+            self.requested = number;
+            self.requests.insert(number, query);
+        }
+    }
+
     fn push(&mut self, entry: Entry) -> bool {
         if CAPACITY <= self.queue.len() {
             self.dropped += 1;
@@ -183,6 +272,16 @@ impl Mailbox {
         self.queue.push_back(entry);
         true
     }
+}
+
+fn declare(key: &str, cause: zenoh::Error) -> BusError {
+    BusError::Declare { key: key.to_owned(), cause: cause.to_string() }
+}
+
+/// Others who take nothing do not hold up the loop that sends.
+fn do_not_hang(config: &mut Config) -> Result<(), BusError> {
+    set(config, "transport/link/tx/queue/congestion_control/block/wait_before_close", &BLOCKED_US.to_string())?;
+    set(config, "transport/link/tx/queue/size/data", &QUEUED.to_string())
 }
 
 /// A thread that panicked while it held the lock left plain data behind: go on with it.

@@ -1,8 +1,9 @@
 //! Wakes a running loop from outside the bus, from any thread.
 
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Arc, Mutex};
 
-/// Has the node of a [`crate::Process`] act. Clones wake the same loop.
+/// Has the node of a [`crate::Process`] act, or ends the wait of another loop. Clones wake the same loop.
 #[derive(Clone, Default)]
 pub struct Nudge(Arc<Mutex<State>>);
 
@@ -21,6 +22,16 @@ impl Nudge {
             Some(wake) => wake(),
             None => state.early = true,
         }
+    }
+
+    /// What a loop other than [`crate::Process`] waits on.
+    pub fn waiter(&self) -> Receiver<()> {
+        let (sender, waiter) = sync_channel(1);
+        self.attach(move || {
+            // Fails where the loop is woken already, or has ended.
+            let _ = sender.try_send(());
+        });
+        waiter
     }
 
     /// From here on it is `wake` that wakes the loop.

@@ -47,7 +47,7 @@ fn after_a_burst_that_a_link_without_priorities_cannot_take_at_once_it_still_hea
     let put = |number: u32| {
         let mut payload = vec![0; 160];
         payload[..4].copy_from_slice(&number.to_le_bytes());
-        foreign.put("in/setpoint", payload);
+        foreign.put("in/setpoint", payload, None);
     };
     // What is sent before the subscriber is known is lost.
     let begins = (0..LIMIT.as_millis() / 10).any(|_| {
