@@ -2,7 +2,6 @@
 
 #![expect(clippy::disallowed_methods, reason = "the bridge runs on the wall clock, which its core is given")]
 
-use std::num::NonZeroU16;
 use std::time::{Duration, Instant, SystemTime};
 
 use bus::{BusError, Foreign, ForeignMail, Nudge};
@@ -45,8 +44,8 @@ pub struct RosBridgeArgs {
     #[arg(long, env = "ROS_DOMAIN_ID", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=232))]
     pub domain: u8,
     /// How often the gateway is asked for the vehicle's state, per second; it knows a new one 20 times a second
-    #[arg(long, default_value = "10")]
-    pub rate_hz: NonZeroU16,
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u8).range(1..=20))]
+    pub rate_hz: u8,
 }
 
 /// Runs until it is ended, or cannot begin.
@@ -71,8 +70,8 @@ fn run(args: &RosBridgeArgs) -> Result<Never, Failure> {
     output::error_line(format_args!("{vehicle} is in ROS's domain {} over {}", args.domain, ros.place));
     let mut bridge = Bridge::new(&vehicle);
     let mut orders = OverGateway(&gateway);
-    let period = Duration::from_secs(1) / u32::from(args.rate_hz.get());
-    let (mut next, mut rounds, mut decided) = (Instant::now(), 0_u64, 0);
+    let period = Duration::from_secs(1) / u32::from(args.rate_hz);
+    let (mut next, mut rounds) = (Instant::now(), 0_u64);
     loop {
         for (service, number, payload) in ros.requests() {
             let effects = bridge.on_request(service, number, &payload, now(), &mut orders);
@@ -86,10 +85,9 @@ fn run(args: &RosBridgeArgs) -> Result<Never, Failure> {
             };
             ros.perform(effects);
             // Decisions once a second: the gateway keeps them.
-            if rounds.is_multiple_of(args.rate_hz.get().into())
-                && let Ok(decisions) = gateway.decisions(&vehicle, decided)
+            if rounds.is_multiple_of(args.rate_hz.into())
+                && let Ok(decisions) = gateway.decisions(&vehicle, bridge.decided())
             {
-                decided = decisions.last().map_or(decided, |it| it.sequence);
                 ros.perform(bridge.on_decisions(&decisions));
             }
             rounds += 1;

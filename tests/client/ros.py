@@ -181,8 +181,13 @@ assert end.status == 5 and end.reason, end
 home = newest("/uav1/odometry").pose.pose.position
 assert abs(home.x) < 3 and abs(home.y) < 3, home
 
-states = [[it.status for it in it.status_list] for _, it in heard["/uav1/fly_mission/_action/status"]]
-assert states == [[1], [2], [4], [4, 1], [4, 2], [4, 3], [4, 5]], states
+
+
+def states():
+    return [[it.status for it in it.status_list] for _, it in heard["/uav1/fly_mission/_action/status"]]
+
+
+wait_for("each state of both goals", lambda: states() == [[1], [2], [4], [4, 1], [4, 2], [4, 3], [4, 5]])
 for name, messages in list(heard.items()):
     numbers = [sequence for sequence, _ in messages]
     assert numbers == list(range(numbers[0], numbers[0] + len(numbers))), f"{name}: {numbers}"

@@ -59,6 +59,8 @@ pub struct Bridge {
     published: Option<u64>,
     /// The newest decision that was published.
     decided: u64,
+    /// Of the newest document.
+    mission_time_s: f64,
     report: Option<v1::MissionReport>,
     /// Oldest first; at most the last one has not ended.
     goals: Vec<Goal>,
@@ -68,7 +70,7 @@ impl Bridge {
     /// Of this vehicle, of which nothing is known yet.
     pub fn new(vehicle: &str) -> Bridge {
         let (vehicle, frames) = (vehicle.to_owned(), Frames::of(vehicle));
-        Bridge { vehicle, frames, published: None, decided: 0, report: None, goals: Vec::new() }
+        Bridge { vehicle, frames, published: None, decided: 0, mission_time_s: 0.0, report: None, goals: Vec::new() }
     }
 
     /// Publishes what the gateway says about the vehicle. While the gateway does not hear it, only that is published. A goal's mission that
@@ -79,6 +81,12 @@ impl Bridge {
         if document.contact.is_none_or(|it| it.lost) {
             return effects;
         }
+        let mission_time_s = document.mission_time_s.unwrap_or(self.mission_time_s);
+        if mission_time_s < self.mission_time_s {
+            // The manager has restarted, and counts its decisions from 1.
+            self.decided = 0;
+        }
+        self.mission_time_s = mission_time_s;
         self.report.clone_from(&document.report);
         effects.push(Effect::Publish(Topic::Plan, self.frames.plan(stamp, document)));
         if let Some(aircraft) = &document.aircraft {
@@ -86,6 +94,11 @@ impl Bridge {
         }
         effects.extend(self.follow(document, orders));
         effects
+    }
+
+    /// The number of the newest decision that was published.
+    pub fn decided(&self) -> u64 {
+        self.decided
     }
 
     /// Publishes decisions that were not published before, oldest first.

@@ -210,4 +210,9 @@ fn a_sample_and_a_decision_are_published_once_and_a_silent_vehicle_not_at_all() 
     let decision = |sequence| v1::DecisionRecord { sequence, ..Default::default() };
     assert_eq!(flight.bridge.on_decisions(&[decision(1), decision(2)]).len(), 2);
     assert_eq!(flight.bridge.on_decisions(&[decision(2), decision(3)]).len(), 1);
+    // A manager that has restarted counts from 1.
+    for (mission_time_s, expected) in [(80.0, 0), (90.0, 0), (2.0, 1)] {
+        flight.see(&v1::Vehicle { mission_time_s: Some(mission_time_s), ..document("reference") });
+        assert_eq!(flight.bridge.on_decisions(&[decision(1)]).len(), expected, "{mission_time_s}");
+    }
 }
