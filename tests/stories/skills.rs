@@ -14,20 +14,20 @@ use crate::support::{System, kittiwake};
 const MISSION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/config/missions/winch.toml");
 
 /// A process in a thread; it ends with this.
-struct Winch(Stop);
+struct Background(Stop);
 
-impl Winch {
-    fn offered_to(system: &System, work: fn(&Task) -> String) -> Winch {
+impl Background {
+    fn offered_to(system: &System, work: fn(&Task) -> String) -> Background {
         let stop = Stop::new();
         let offered =
             Offer { connect: system.locator(), vehicle: "uav1".into(), skill: "winch_down".into(), version: 1 };
         let until = stop.clone();
         std::thread::spawn(move || offer(offered, &until, work));
-        Winch(stop)
+        Background(stop)
     }
 }
 
-impl Drop for Winch {
+impl Drop for Background {
     fn drop(&mut self) {
         self.0.stop();
     }
@@ -43,7 +43,7 @@ fn a_mission_waits_for_its_winch_and_flies_with_it() {
     let system = System::start(&["--speed", "5", "--mission", MISSION]);
     let raised = system.wait_for("flag `skill_missing` raised");
     assert!(raised.contains("no process offers skill `winch_down`"), "{raised}");
-    let _winch = Winch::offered_to(&system, lowers);
+    let _winch = Background::offered_to(&system, lowers);
     system.wait_for("winch_down (length_m 12) over (120, 60, 15)");
     system.end().expect(0, &["SUCCESS", "SUCCESS"]);
 }
@@ -51,8 +51,8 @@ fn a_mission_waits_for_its_winch_and_flies_with_it() {
 /// Ten thousand reports a second, of a task that nobody has ordered, beside those of the winch.
 #[test]
 fn a_flood_of_reports_delays_no_mission() {
-    let system = System::start(&["--speed", "5", "--mission", MISSION]);
-    let _winch = Winch::offered_to(&system, lowers);
+    let system = System::start(&["--speed", "3", "--mission", MISSION]);
+    let _winch = Background::offered_to(&system, lowers);
     let link = Link {
         connect: vec![system.locator()],
         scope: Scope::Vehicle("uav1".into()),
@@ -69,9 +69,10 @@ fn a_flood_of_reports_delays_no_mission() {
     let stop = Stop::new();
     std::thread::scope(|scope| {
         scope.spawn(|| bus::Process::of(&mut Flood::new(10_000, u64::MAX, report), &link).run(&stop));
+        // Ends it also where the mission fails: the scope waits for it.
+        let _flood = Background(stop.clone());
         system.wait_for("winch_down (length_m 12) over (120, 60, 15)");
         system.end().expect(0, &["SUCCESS", "SUCCESS"]);
-        stop.stop();
     });
 }
 
@@ -87,7 +88,7 @@ fn an_examination_tells_a_process_that_keeps_to_the_exchange_from_one_that_does_
     let (code, told) = examine();
     assert_eq!((code, failed(&told)), (Some(1), 1), "nobody is there:\n{told}");
 
-    let winch = Winch::offered_to(&system, lowers);
+    let winch = Background::offered_to(&system, lowers);
     let (code, told) = examine();
     assert_eq!((code, failed(&told)), (Some(0), 0), "{told}");
     assert_eq!(told.lines().count(), 8, "{told}");
@@ -97,7 +98,7 @@ fn an_examination_tells_a_process_that_keeps_to_the_exchange_from_one_that_does_
         let cancelled = task.is_cancelled_within(Duration::from_secs(1));
         if cancelled { "stopped".to_owned() } else { "lowered".to_owned() }
     };
-    let _other = Winch::offered_to(&system, with_words_of_its_own);
+    let _other = Background::offered_to(&system, with_words_of_its_own);
     let (code, told) = examine();
     assert_eq!((code, failed(&told)), (Some(1), 2), "{told}");
     let expected = ["lowered after", "stopped after"];
