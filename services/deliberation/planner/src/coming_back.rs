@@ -83,11 +83,8 @@ fn landing(steps: &[Step], objectives: &Objectives, rules: &Rules) -> (Ned, Dura
     let hop_s = |pair: &[usize]| rules.visit(&all[pair[0]].goal, &all[pair[1]]).time_s + stay_s(pair[1]);
     let hops_s: f64 = waiting.windows(2).map(hop_s).sum();
     let last = waiting.last().map(|it| &all[*it].goal);
-    let (end, home_s) = match last {
-        Some(goal) if !goal.flying => (goal.position, 0.0),
-        Some(goal) => (Ned::default(), rules.home(goal).time_s),
-        None => (Ned::default(), 0.0),
-    };
+    let end = last.filter(|it| !it.flying).map_or(Ned::default(), |it| it.position);
+    let home_s = last.filter(|it| it.flying).map_or(0.0, |it| rules.home(it).time_s);
     (end, Duration::try_from_secs_f64(there_s + first_s + hops_s + home_s).unwrap_or(Duration::MAX))
 }
 

@@ -211,8 +211,6 @@ impl Node for Planner {
         effects.push(Effect::Reply { token, response });
     }
 
-    fn act(&mut self, _: Now, _: &mut Vec<Effect>) {}
-
     fn deadline(&self) -> Option<Time> {
         None
     }

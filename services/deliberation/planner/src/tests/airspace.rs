@@ -1,6 +1,14 @@
 //! Areas of every shape, height and time.
 
+use domain::airspace::Grants;
+use domain::area_map::AreaMap;
+use domain::geometry::Ned;
+use domain::way::Asked;
+
 use super::*;
+use crate::airspace::{Airspace, Around, Closures};
+use crate::permissions::Permissions;
+use crate::routing::{self, NoWay};
 
 #[test]
 fn borders_closer_than_the_stand_off_share_one_step() {
@@ -62,6 +70,27 @@ fn a_way_through_a_crowd_of_areas_is_found() {
     let crowd: String = (0..100).map(one).collect();
     let plan = Story::of(&across(&crowd)).plan();
     assert!(plan.starts_with("1 takeoff 10 m\n") && plan.ends_with("land\n"), "{plan}");
+}
+
+/// A search that has used up its legs has not shown that there is no way.
+#[test]
+fn a_way_that_takes_too_long_to_find_is_told_as_that() {
+    let areas = mission(&across(&area("K", "keep-out", [200.0, 300.0], ""))).areas;
+    let around = Around { map: AreaMap::new(&areas), ..Around::default() };
+    let (grants, rules) = (Grants::new(), Rules::for_tests());
+    let now = (Now { time: Time::ZERO, utc_ms: UTC_START_MS }, Pace::REAL_TIME);
+    let found = |legs: u32| {
+        let (permissions, closures) = (Permissions::default(), Closures::new());
+        let airspace = Airspace::new((&areas, &around), &grants, &permissions, &closures, now, &rules);
+        airspace.legs_left.set(legs);
+        let (from, to) = (Ned::new(0.0, 0.0, -10.0), Ned::new(0.0, 500.0, -10.0));
+        routing::find(from, to, Duration::ZERO, &airspace, &Asked::new(), &rules).map(|it| it.points.len())
+    };
+    assert_eq!(found(u32::MAX), Ok(4), "round two corners");
+    let told = "no way was found: too many areas are in the way, or they have too many corners";
+    for legs in [0, 1, 2] {
+        assert_eq!(found(legs), Err(NoWay(told.into())), "{legs} legs");
+    }
 }
 
 #[test]
@@ -288,4 +317,22 @@ fn a_goal_that_is_closed_for_two_minutes_at_most_is_waited_for() {
     // Inside the area the vehicle leaves, unless the area is over first.
     check_closed("01:00", Some([0.0, 480.0, 10.0]), "finished");
     check_closed("00:04", Some([0.0, 480.0, 10.0]), "hold 5 s: area K is closed for 5 s more");
+}
+
+#[test]
+fn a_goal_that_is_closed_again_and_again_is_not_waited_for_without_end() {
+    // Each opens 100 s after the one before, and closes 5 s after the next has opened.
+    let closed = |number: u32| {
+        let utc = |s: u32| format!("2026-01-01T00:{:02}:{:02}Z", s / 60, s % 60);
+        let (from, until) = (utc(100 * number), utc(100 * number + 105));
+        let window = format!("from_utc = \"{from}\"\nuntil_utc = \"{until}\"");
+        area(&format!("K{number}"), "keep-out", [150.0, 250.0], &window)
+    };
+    let near = |areas: String| across(&areas).replace("east_m = 500", "east_m = 200");
+    let story = |count: u32| Story::of(&near((0..count).map(closed).collect()));
+    check(&story(5).plan(), "hold 106 s: area K0 is closed for 106 s more");
+    let mut endless = story(25);
+    check(&endless.plan(), "finished");
+    let reason = "there: failure (not reached within the waits of a forecast)";
+    assert!(endless.objectives().starts_with(reason), "{}", endless.objectives());
 }

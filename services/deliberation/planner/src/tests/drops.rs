@@ -133,6 +133,18 @@ fn a_second_drop_has_nothing_to_release() {
 }
 
 #[test]
+fn a_drop_that_comes_next_in_the_air_needs_a_load_as_well() {
+    let next = buoy(30.0, "drop = true").replace("200.0", "300.0");
+    let mut story = Story::of(&text(&[&buoy(30.0, "").replace("buoy", "look"), &next, BACK]));
+    story.airborne_at([0.0, 200.0, 30.0]);
+    gripper(&mut story, v1::Gripper::Released);
+    assert!(story.plan().contains("position 0 0 10"));
+    let objectives = story.objectives();
+    let expected = "buoy: failure (there is no load to release: the gripper is open already), 0 steps";
+    assert!(objectives.starts_with("look: success") && objectives.contains(expected), "{objectives}");
+}
+
+#[test]
 fn a_gripper_that_does_not_open_fails_the_objective_and_the_mission_goes_on() {
     let mut story = story("");
     story.plan();

@@ -43,6 +43,19 @@ fn a_mission_whose_takeoff_fails_again_and_again_is_given_up() {
 }
 
 #[test]
+fn a_mission_that_takes_more_actions_than_a_plan_may_have_is_given_up() {
+    #[track_caller]
+    fn check(depth_limit: u32, expected: &str) {
+        let mut story = Story::of(&across(""));
+        story.restart_with(&Config { depth_limit: depth_limit.try_into().unwrap(), ..Config::for_tests() });
+        story.plan();
+        assert_eq!(story.objectives().lines().next(), Some(expected), "{depth_limit}");
+    }
+    check(3, "there: waiting, 3 steps, 0 replans, asked []");
+    check(2, "there: failure (no plan of at most 2 actions leads to it), 0 steps, 0 replans, asked []");
+}
+
+#[test]
 fn a_step_that_is_interrupted_has_not_failed() {
     let mut story = Story::of(REFERENCE);
     story.plan();

@@ -84,15 +84,17 @@ fn what_ends_elsewhere_is_not_waited_for() {
 }
 
 #[test]
-fn hours_that_have_closed_meanwhile_take_no_permission() {
-    let mut story = Story::of(&across(&area("A", "permission", [200.0, 300.0], &hours("\"Thu 00:00-00:01\""))));
-    assert!(story.plan().contains("position 0 180 10, hold, ask A\n"));
-    story.fly(1);
-    story.airborne_at([0.0, 100.0, 10.0]);
-    story.wait(70);
-    story.interrupted = true;
-    // They come again next week.
-    check(&story.fail(&[]), "5 position 0 500 10\n6 land");
+fn an_area_that_has_closed_meanwhile_takes_no_permission() {
+    // The hours come again next week.
+    for window in [hours("\"Thu 00:00-00:01\""), "until_utc = \"2026-01-01T00:01:00Z\"".to_owned()] {
+        let mut story = Story::of(&across(&area("A", "permission", [200.0, 300.0], &window)));
+        assert!(story.plan().contains("position 0 180 10, hold, ask A\n"));
+        story.fly(1);
+        story.airborne_at([0.0, 100.0, 10.0]);
+        story.wait(70);
+        story.interrupted = true;
+        check(&story.fail(&[]), "5 position 0 500 10\n6 land");
+    }
 }
 
 #[test]

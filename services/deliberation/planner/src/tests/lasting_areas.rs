@@ -50,6 +50,13 @@ fn no_upload_leaves_out_what_the_tower_has_closed() {
     check(REFERENCE, &with_a([110.0, 280.0], "permission", ""), other, "A, B");
     check(REFERENCE, &with_a([110.0, 290.0], "permission", "floor_m = 50.0"), other, "A, B");
     check(REFERENCE, &with_a([110.0, 290.0], "permission", "until_utc = \"2026-01-01T00:00:01Z\""), other, "A, B");
+    // Neither a floor nor a ceiling moves.
+    let high = |heights: &str| home(&area("A", "permission", [110.0, 290.0], heights));
+    let present = high("floor_m = 50.0\nceiling_m = 80.0").replace("north_m = 0", "north_m = 200");
+    check(&present, &high("floor_m = 50.004\nceiling_m = 79.996"), taken, "A (control tower)");
+    check(&present, &high("floor_m = 51.0\nceiling_m = 80.0"), other, "A");
+    check(&present, &high("floor_m = 50.0\nceiling_m = 79.0"), other, "A");
+    check(&present, &high("floor_m = 50.0"), other, "A");
     // Of others the mission disposes.
     let elsewhere = home(&area("B", "permission", [700.0, 800.0], ""));
     check(REFERENCE, &elsewhere, "stays: A", "B, A (control tower)");

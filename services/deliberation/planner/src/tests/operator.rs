@@ -262,16 +262,33 @@ fn until_the_end_is_reported_the_mission_is_the_one_that_was_flown() {
 }
 
 #[test]
-fn nothing_is_left_out_of_a_mission_that_ends() {
-    for leave_out in [skip, remove] {
+fn an_objective_that_takes_more_than_the_battery_gives_is_not_inserted() {
+    let mut story = Story::under_way(REFERENCE);
+    story.state.charge = Some(1.0);
+    let before = story.status();
+    let reply = story.ask(insert(1, "far", 20_000.0));
+    let figures = "of 225 usable (300 of 300 Wh left, 25 % reserve)";
+    let is_told = reply.text.starts_with("with it the mission needs ") && reply.text.ends_with(figures);
+    assert!(!reply.accepted && is_told, "{}", reply.text);
+    assert_eq!((story.status(), story.voids), (before, 0));
+    assert!(story.ask(insert(1, "look", 90.0)).accepted);
+}
+
+#[test]
+fn nothing_is_changed_in_a_mission_that_ends() {
+    #[track_caller]
+    fn check(change: Ask, why: &str) {
         let mut story = Story::of(REFERENCE);
         story.end = ("ordered by anna".into(), true, false);
-        let reply = story.ask(leave_out("deliver"));
-        assert_eq!((reply.accepted, reply.text.as_str()), (false, "ordered by anna: nothing is left to leave out"));
+        let reply = story.ask(change.clone());
+        assert_eq!((reply.accepted, reply.text.as_str()), (false, why));
         // The end of the last flight does not end the next one.
         story.end = ("ordered by anna".into(), false, true);
-        assert!(story.ask(leave_out("deliver")).accepted);
+        assert!(story.ask(change).accepted);
     }
+    check(skip("deliver"), "ordered by anna: nothing is left to leave out");
+    check(remove("deliver"), "ordered by anna: nothing is left to leave out");
+    check(insert(1, "look", 90.0), "ordered by anna: nobody would fly it");
 }
 
 /// Each change in each state of a mission, in the order of [`CHANGES`].

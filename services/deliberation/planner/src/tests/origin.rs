@@ -1,7 +1,7 @@
 //! A mission with an origin, and a vehicle whose local frame begins there, elsewhere, or nobody knows where.
 
 use super::*;
-use domain::geodesy::LatLon;
+use domain::geodesy::{LatLon, LocalFrame};
 use v1::mission_request::Request as Ask;
 
 /// Where the mission takes off.
@@ -90,6 +90,26 @@ fn on_the_ground_a_mission_is_taken_before_the_vehicle_knows_its_place() {
     check(&story.plan(), &format!("hold 1 s: waiting for the vehicle's place: {UNKNOWN}"));
     story.hear(ELSEWHERE);
     assert_eq!(story.ask(upload()).text, TOO_FAR);
+}
+
+#[test]
+fn what_the_tower_has_closed_stays_where_it_lies_if_the_next_mission_begins_elsewhere() {
+    let hole = "holes_m = [[[-20, 180], [20, 180], [20, 220]]]";
+    let mut story = Story::of(&format!("{}{}", with_origin(), area("A", "permission", [110.0, 290.0], hole)));
+    story.hear(ELSEWHERE);
+    story.closed = vec![v1::ClosedArea { area: "A".into(), decision: UTC_START_MS as u64 }];
+    let corners = |story: &Story, latitude_deg: f64| -> Vec<LatLon> {
+        let frame = LocalFrame::at(LatLon::new(latitude_deg, 6.6).unwrap());
+        story.areas.areas()[0].rings().flatten().map(|it| frame.lat_lon(*it)).collect()
+    };
+    let before = corners(&story, 54.0);
+    let text = with_origin().replace("latitude_deg = 54.0", "latitude_deg = 54.01");
+    let reply = story.ask(Ask::Upload(v1::MissionText { text, wind: None }));
+    assert!(reply.accepted && reply.text.contains("not listed, and stays: A"), "{}", reply.text);
+    let after = corners(&story, 54.01);
+    assert_eq!((before.len(), after.len()), (7, 7), "four of the outline and three of the hole");
+    let moved_m = std::iter::zip(&before, &after).map(|(before, after)| before.distance_m(*after)).fold(0.0, f64::max);
+    assert!(moved_m < 0.01, "{moved_m} m");
 }
 
 #[test]

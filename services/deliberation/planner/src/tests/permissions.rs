@@ -133,6 +133,20 @@ fn a_permission_that_is_lost_before_the_border_is_asked_for_again() {
     );
 }
 
+/// The vehicle is blown beyond both areas before it has asked for the first: its way back leads through both, and so does its way on.
+#[test]
+fn a_permission_that_is_asked_for_twice_need_not_last_from_one_crossing_to_the_next() {
+    let mut story = Story::of(REFERENCE);
+    story.plan();
+    story.fly(1);
+    story.airborne_at([0.0, 600.0, 10.0]);
+    let plan = story.fail(&[]);
+    let of_b: Vec<f64> = lengths(&story).into_iter().filter(|(area, _)| area == "B").map(|(_, for_s)| for_s).collect();
+    // The way back: 2 s to the wait, 2 s of waiting and 20 s to the far border; a quarter and 10 s more, and 30 s for the way out.
+    // The way on: as long as in the first plan.
+    assert_eq!(of_b, [70.0, 102.0], "{plan}");
+}
+
 #[test]
 fn a_permission_revoked_inside_leads_out_the_shortest_way() {
     let mut story = Story::of(REFERENCE);

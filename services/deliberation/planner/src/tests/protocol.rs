@@ -99,6 +99,25 @@ fn it_answers_two_requests_and_listens_to_no_topic() {
     assert_eq!((planner.name(), planner.subscriptions()), ("planner", &[][..]));
     assert_eq!(planner.serves(), [Service::Replan, Service::Edit]);
     assert_eq!(planner.deadline(), None, "it waits for questions only");
+    let of_the_tower = Request::Permission(v1::PermissionRequest::default());
+    assert_eq!(Story::of(REFERENCE).request(of_the_tower), None);
+}
+
+/// Of the mission that is flown, and of one that is tried out.
+#[test]
+fn the_areas_of_two_missions_are_remembered_and_those_used_last_are_kept() {
+    let mut story = Story::of(REFERENCE);
+    let mut knows = |text: &str, sends_areas: bool| {
+        let basis = Some(Story::of(text).basis(sends_areas));
+        let reply = story.ask_for_plan(v1::ReplanRequest { basis, ..Default::default() });
+        !matches!(reply.reply, Some(v1::replan_reply::Reply::AreasUnknown(_)))
+    };
+    assert!(!knows(REFERENCE, false));
+    assert!(knows(REFERENCE, true) && knows(KEEP_OUT, true));
+    assert!(knows(REFERENCE, false));
+    assert!(knows(HARBOUR, true));
+    assert!(knows(REFERENCE, false) && knows(HARBOUR, false));
+    assert!(!knows(KEEP_OUT, false), "it was used before the others");
 }
 
 #[test]

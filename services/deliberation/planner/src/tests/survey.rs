@@ -54,6 +54,8 @@ fn a_survey_that_was_interrupted_goes_on_where_it_was_left() {
     }
     // On the line, which is flown to its end.
     check_from([200.0, 46.0, 40.0], "position 100 45 40");
+    // At its end, which nobody has reported as flown.
+    check_from([100.0, 45.0, 40.0], "position 100 75 40");
     // Blown off it, or called away: from its beginning.
     check_from([200.0, 60.0, 40.0], "position 300 45 40");
     check_from([0.0, 0.0, 20.0], "position 300 45 40");
