@@ -4,6 +4,8 @@
 //! rustls does not allow (zenoh's issue 2557, open with 1.10.2): now and then a write finds the connection in the middle
 //! of a read and fails with "handshake not complete", and the link is made again; worse, it writes into memory that the
 //! other thread uses, and the router dies. Between two idle routers the first happened once in three minutes.
+//! The patch to be offered to zenoh, `upstream.patch`, mends this in zenoh's own link: there, reading and writing take
+//! turns at the connection.
 //!
 //! Whatever replaces this crate, zenoh's own link once it is mended above all, must keep the following. The tests, in
 //! `tests/link.rs`, use nothing but zenoh's traits and settings, so that they can be run against the replacement.
