@@ -2,6 +2,7 @@
 
 #![expect(clippy::disallowed_methods, reason = "the bridge runs on the wall clock, which its core is given")]
 
+use std::convert::Infallible;
 use std::time::{Duration, Instant, SystemTime};
 
 use bus::{BusError, Foreign, ForeignMail, Nudge};
@@ -59,11 +60,11 @@ pub fn ros_bridge(args: &RosBridgeArgs) -> Outcome {
     }
 }
 
-enum Never {}
-
-fn run(args: &RosBridgeArgs) -> Result<Never, Failure> {
+fn run(args: &RosBridgeArgs) -> Result<Infallible, Failure> {
     let gateway = Gateway::find(&args.gateway)?;
     let vehicle = gateway.vehicle()?;
+    // Another one may come: orders go to the vehicle that is shown.
+    let gateway = gateway.of_vehicle(&vehicle);
     let nudge = Nudge::default();
     let waiter = nudge.waiter();
     let mut ros = Ros::open(args, &vehicle, &nudge).map_err(|it| Failure::unreachable(without_router(&it, args)))?;

@@ -100,6 +100,12 @@ impl Gateway {
         }
     }
 
+    /// The same gateway, with this vehicle named.
+    #[must_use]
+    pub fn of_vehicle(self, vehicle: &str) -> Gateway {
+        Gateway { vehicle: Some(vehicle.to_owned()), ..self }
+    }
+
     /// A document about the vehicle.
     pub fn read(&self, path: &[&str]) -> Result<Value, Failure> {
         let vehicle = self.vehicle()?;

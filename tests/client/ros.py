@@ -42,6 +42,10 @@ def written(name, **fields):
     return bytes(STORE.serialize_cdr(STORE.types[name](**fields), name))
 
 
+def ros_name_of(kind):
+    return kind.replace("::dds_::", "/").replace("::", "/").removesuffix("_")
+
+
 def wait_for(what, condition):
     until = time.monotonic() + LIMIT_S
     while not (found := condition()):
@@ -75,7 +79,7 @@ for token in tokens:
 assert (len(kinds["NN"]), len(kinds["MP"]), len(kinds["SS"])) == (1, 8, 8), tokens
 ends = {name.replace("%", "/"): (kind, hash_) for name, kind, hash_ in kinds["MP"] + kinds["SS"]}
 for name, (kind, hash_) in ends.items():
-    ros_name = kind.replace("::dds_::", "/").replace("::", "/").removesuffix("_")
+    ros_name = ros_name_of(kind)
     if "/msg/" in ros_name or ros_name.endswith("FeedbackMessage"):
         assert STORE.hash_rihs01(ros_name) == hash_, f"{name} of {ros_name}"
 
@@ -87,7 +91,7 @@ def on_sample(sample):
     _, *name, kind, hash_ = str(sample.key_expr).split("/")
     sequence, _, length = struct.unpack("<qqB", sample.attachment.to_bytes()[:17])
     assert length == 16 and len(sample.attachment.to_bytes()) == 33
-    ros_name = kind.replace("::dds_::", "/").replace("::", "/").removesuffix("_")
+    ros_name = ros_name_of(kind)
     message = STORE.deserialize_cdr(sample.payload.to_bytes(), ros_name)
     with lock:
         heard.setdefault("/" + "/".join(name), []).append((sequence, message))
@@ -180,7 +184,6 @@ end = result_of(second)
 assert end.status == 5 and end.reason, end
 home = newest("/uav1/odometry").pose.pose.position
 assert abs(home.x) < 3 and abs(home.y) < 3, home
-
 
 
 def states():

@@ -30,7 +30,7 @@ const BLOCKED_US: u64 = 500_000;
 /// Messages that wait for the others, each in a batch of its own. (Zenoh's most; ENG: 0.4 s of setpoints.)
 const QUEUED: u64 = 16;
 
-/// What is heard of those who connect here.
+/// Where clients connect, and what is received from them.
 #[derive(Debug, Clone)]
 pub struct ForeignLink {
     /// Where their router listens, such as `tcp/127.0.0.1:7447`.
@@ -167,13 +167,16 @@ impl Foreign {
     /// # Errors
     /// If zenoh refuses the declaration.
     pub fn serve(&self, key: &str) -> Result<(), BusError> {
-        let (into, wake) = (self.mailbox.clone(), self.nudge.clone());
+        let (into, wake, served) = (self.mailbox.clone(), self.nudge.clone(), key.to_owned());
         let on_query = move |query: Query| {
-            lock(&into).ask(query);
-            wake.wake();
+            // A query with wildcards asks for whatever is there: it does not mean this service, and gets no reply.
+            if query.key_expr().as_str() == served {
+                lock(&into).ask(query);
+                wake.wake();
+            }
         };
-        let served = self.session.declare_queryable(key).complete(true).callback(on_query);
-        served.background().wait().map_err(|cause| declare(key, cause))
+        let queryable = self.session.declare_queryable(key).complete(true).callback(on_query);
+        queryable.background().wait().map_err(|cause| declare(key, cause))
     }
 
     /// Tells the others that this token is alive, until the session ends.

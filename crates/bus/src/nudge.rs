@@ -24,7 +24,7 @@ impl Nudge {
         }
     }
 
-    /// What a loop other than [`crate::Process`] waits on.
+    /// Receives when a loop other than [`crate::Process`] is woken.
     pub fn waiter(&self) -> Receiver<()> {
         let (sender, waiter) = sync_channel(1);
         self.attach(move || {

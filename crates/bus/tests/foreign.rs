@@ -61,3 +61,33 @@ fn after_a_burst_that_a_link_without_priorities_cannot_take_at_once_it_still_hea
         last = heard.recv_timeout(LIMIT).unwrap_or_else(|_| panic!("{last} was the last of {BURST} that is heard"));
     }
 }
+
+#[test]
+fn a_session_that_connects_is_announced_and_answers_its_requests_but_no_wildcard() {
+    let router = Foreign::listen("tcp/127.0.0.1:0", &Nudge::default()).expect("a port");
+    let nudge = Nudge::default();
+    let waiter = nudge.waiter();
+    let mut foreign = Foreign::connect(&router.locators()[0], LIMIT, &nudge).expect("the router");
+    foreign.serve("0/uav1/pause").expect("a key");
+    foreign.announce("@ros2_lv/0/node").expect("a key");
+    let session = client(&router.locators()[0]);
+
+    // Once the token is seen the queryable, which was declared before it, is known too.
+    let token = (0..LIMIT.as_millis() / 10).any(|_| {
+        let tokens = session.liveliness().get("@ros2_lv/**").timeout(LIMIT).wait().expect("a query");
+        tokens.recv_timeout(Duration::from_millis(10)).is_ok_and(|it| it.is_some())
+    });
+    assert!(token, "no token is seen");
+
+    let all = session.get("0/**").timeout(LIMIT).wait().expect("a query");
+    assert!(all.recv().is_err(), "it ends without a reply");
+    let replies = session.get("0/uav1/pause").payload("now").attachment("of 5").timeout(LIMIT).wait().expect("a query");
+    waiter.recv_timeout(LIMIT).expect("it is woken");
+    let mail = foreign.take();
+    let [bus::ForeignMail::Request { number, key, payload }] = mail.as_slice() else { panic!("{mail:?}") };
+    assert_eq!((key.as_str(), payload.as_slice()), ("0/uav1/pause", &b"now"[..]));
+    foreign.reply(*number, b"done".to_vec());
+    let reply = replies.recv().expect("a reply").into_result().expect("a sample");
+    assert_eq!(reply.payload().to_bytes(), &b"done"[..]);
+    assert_eq!(reply.attachment().map(|it| it.to_bytes().into_owned()), Some(b"of 5".to_vec()));
+}

@@ -7,7 +7,7 @@ use domain::mission::Mission;
 use kittiwake_proto::v1;
 
 use crate::cdr::{Reader, Writer};
-use crate::goal::{End, Goal};
+use crate::goal::{End, Goal, GoalId};
 use crate::messages::{Frames, Level, diagnose, diagnostics, log};
 use crate::names::{Service, Topic};
 use crate::stamp::Stamp;
@@ -41,7 +41,7 @@ pub trait Orders {
     fn order(&mut self, order: Order<'_>) -> Result<String, String>;
 }
 
-/// What is to be sent to ROS.
+/// A message or a reply for ROS.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Effect {
     /// A message on a topic.
@@ -50,7 +50,7 @@ pub enum Effect {
     Reply(u64, Vec<u8>),
 }
 
-/// What ROS was told, and which goals it has.
+/// The state of the node: what it has published last, and its goals.
 #[derive(Debug)]
 pub struct Bridge {
     vehicle: String,
@@ -190,13 +190,7 @@ impl Bridge {
                 effects.extend(self.settle());
                 effects
             }
-            // ROS has no field for the reason.
-            Err(why) => {
-                vec![
-                    reply(false),
-                    Effect::Publish(Topic::Decisions, log(now, true, "goal", &format!("refused: {why}"))),
-                ]
-            }
+            Err(why) => vec![reply(false), explained(now, &format!("refused: {why}"))],
         }
     }
 
@@ -217,7 +211,7 @@ impl Bridge {
         const REJECTED: u8 = 1;
         const UNKNOWN: u8 = 2;
         const TERMINATED: u8 = 3;
-        let id: [u8; 16] = Reader::new(payload).and_then(|mut it| it.array()).unwrap_or_default();
+        let id: GoalId = Reader::new(payload).and_then(|mut it| it.array()).unwrap_or_default();
         let goal = self.goals.iter_mut().rev().find(|it| id == [0; 16] || it.id == id);
         let mut effects = Vec::new();
         let (code, canceling) = match goal {
@@ -229,19 +223,14 @@ impl Bridge {
                     (NONE, Some((goal.id, goal.accepted)))
                 }
                 Err(why) => {
-                    effects.push(Effect::Publish(
-                        Topic::Decisions,
-                        log(now, true, "goal", &format!("not canceled: {why}")),
-                    ));
+                    effects.push(explained(now, &format!("not canceled: {why}")));
                     (REJECTED, None)
                 }
             },
         };
-        let info = |writer: Writer, (id, accepted): ([u8; 16], Stamp)| writer.bytes(&id).stamp(accepted);
-        let canceling: Vec<_> = canceling.into_iter().collect();
-        let has_changed = !canceling.is_empty();
+        let info = |writer: Writer, (id, accepted): (GoalId, Stamp)| writer.bytes(&id).stamp(accepted);
         effects.push(Effect::Reply(number, Writer::default().u8(code).each(canceling, info).end()));
-        if has_changed {
+        if canceling.is_some() {
             effects.extend(self.settle());
         }
         effects
@@ -263,11 +252,16 @@ impl Bridge {
     }
 }
 
-fn goal_and_mission(payload: &[u8]) -> Result<([u8; 16], &str), String> {
+fn goal_and_mission(payload: &[u8]) -> Result<(GoalId, &str), String> {
     let mut reader = Reader::new(payload).ok_or("the request is not little-endian CDR")?;
     let id = reader.array().ok_or("the request ends within its id")?;
     let text = reader.string().ok_or("the request ends within its mission, or the mission is not UTF-8")?;
     Ok((id, text))
+}
+
+/// The reason for a refusal: the reply to a client of an action has no field for it.
+fn explained(now: Stamp, text: &str) -> Effect {
+    Effect::Publish(Topic::Decisions, log(now, true, "goal", text))
 }
 
 /// To the clients that wait for the result of a goal that has ended.

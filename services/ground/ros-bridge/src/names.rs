@@ -2,8 +2,8 @@
 //! `<domain>/<name>/<type>/<hash of the type>`, and for each end a liveliness token that describes it
 //! (<https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md>).
 //!
-//! The hashes are RIHS01 (REP 2011). They follow from the definitions alone; a test of the client computes them again with a library of
-//! others. A wrong one is not refused: ROS hears nothing.
+//! The hashes are RIHS01 (REP 2011) and follow from the definitions alone. `tests/client/ros.py` computes those of the messages again, with
+//! rosbags; those of services come from hiroz-codegen 0.2. A wrong one is not refused: ROS hears nothing.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -12,7 +12,7 @@ use crate::stamp::Stamp;
 /// Quality of service as a token writes it: reliable, volatile, the last ten.
 const QOS: &str = "::,10:,:,:,,";
 
-/// What the bridge publishes.
+/// A topic that the bridge publishes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Topic {
     /// Where the vehicle is on the Earth.
@@ -33,7 +33,7 @@ pub enum Topic {
     Status,
 }
 
-/// What the bridge answers.
+/// A service that the bridge answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Service {
     /// Starts a mission that waits for it.
